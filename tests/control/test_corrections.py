@@ -14,9 +14,15 @@ import skylimb
 from skylimb.apps.cli.main import main
 from skylimb.base.errors import ConfigError
 from skylimb.base.rotations import quaternion_product
-from skylimb.control.cascade import CALIBRATION, calibrated
+from skylimb.control.calibrated import calibrated
 from skylimb.control.controller import controller_from_tables, load_controller
-from skylimb.control.corrections import Corrections, believed_robot, read_corrections, turned_back
+from skylimb.control.corrections import (
+    CALIBRATION,
+    Corrections,
+    believed_robot,
+    read_corrections,
+    turned_back,
+)
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.preset import preset_mapping
 from skylimb.flight.drivers.native import fly_native

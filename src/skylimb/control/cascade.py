@@ -8,46 +8,42 @@ for a test or a debugger) and on CasADi symbols (once, to be compiled into the t
 
 from __future__ import annotations
 
-from collections.abc import Collection, Hashable, Iterator, Mapping
+from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from skylimb.base.errors import ConfigError, unknown_name
+from skylimb.base.errors import unknown_name
 from skylimb.base.keys import Table, rows_of
-from skylimb.base.packing import Layout, is_numeric, numeric, structure, with_floats
+from skylimb.base.packing import numeric, structure
 from skylimb.base.rotations import rpy_from_rotation
 from skylimb.base.signals import Signal
 from skylimb.base.split_function import Asked
 from skylimb.control.attitude_target import attitude_target
 from skylimb.control.corrections import (
     CALIBRATION,
-    GAINS,
     Corrections,
-    believed_robot,
     correction_table,
     for_rotors,
-    require_made_for,
     turned_back,
 )
 from skylimb.control.estimation.estimate import wrench_signals
 from skylimb.control.estimation.records import Measurement, Sensed, Signals, Start
 from skylimb.control.law_fields import require_fit
 from skylimb.control.law_monitor import LawMonitor
-from skylimb.control.law_trial import with_trial
+from skylimb.control.law_trial import tried
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import Needs, merged
 from skylimb.control.planning.posture import ReachFamily, posture_family, standing
 from skylimb.control.planning.vectoring import VectoringTable, vectoring_table
 from skylimb.control.posture import heading_of, posture_of
+from skylimb.control.prepared_gains import handed, settled
 from skylimb.control.preset import Preset
 from skylimb.control.preset_keys import preset_tables
 from skylimb.control.python_laws import OpenLaw
 from skylimb.control.records import NOTHING, Command, Demand, LawInput
 from skylimb.control.slots import SLOTS, LiveGains, Slots, traced_functions
-from skylimb.control.user_functions import Prepared, UserLaw
 from skylimb.robots.model import Robot
-from skylimb.symbolic import is_symbolic
 
 
 @dataclass(frozen=True)
@@ -91,7 +87,7 @@ class Cascade:
             The new state, the command, and every inner signal by its public name.
         """
         laws, monitor = self.preset.laws, monitor or LawMonitor(self.preset.slots)
-        gains = self.handed(gains)
+        gains = handed(self.preset, self.robot, gains, self.gains())
         if self.corrections is not None:
             measurement = turned_back(self.corrections, measurement)
 
@@ -168,38 +164,8 @@ class Cascade:
 
     @cached_property
     def _gains(self) -> LiveGains:
-        return self.settled(LiveGains(*numeric(Slots(*(slot.gains for slot in self.preset.slots))), {}))
-
-    def settled(self, gains: LiveGains) -> LiveGains:
-        """The gains with what laws prepare of them, computed anew.
-
-        Raises:
-            UserCodeError: where a law's `prepare` fails.
-        """
-        made = {slot: with_floats(self.prepared(slot, gains)) for slot in self.preparing}
-        return gains._replace(prepared={slot: numeric(one) for slot, one in made.items() if is_numeric(one)})
-
-    @property
-    def preparing(self) -> list[str]:
-        """Slots whose laws prepare something of their gains."""
-        filled = zip(SLOTS, self.preset.slots, strict=True)
-        return [name for name, slot in filled if hasattr(slot.law, "prepare")]
-
-    def prepared(self, slot: str, gains: Any = None) -> Any:
-        """What the law of a slot prepares of its gains; of the preset's where none are given."""
-        own = getattr(self.preset.slots, slot).gains if gains is None else getattr(gains, slot)
-        return getattr(self.preset.laws, slot).prepare(own, self.robot)
-
-    def handed(self, gains: LiveGains) -> Any:
-        """The gains as the laws are handed them; an object of a law's own is prepared where it is called."""
-        handed = {}
-        for slot in self.preparing:
-            own, made = getattr(gains, slot), gains.prepared.get(slot)
-            if made is None:
-                symbolic = is_symbolic(Layout(own).pack(own))
-                made = self.prepared(slot, self.gains() if symbolic else gains)
-            handed[slot] = Prepared(own, made)
-        return gains._replace(**handed)
+        gains = LiveGains(*numeric(Slots(*(slot.gains for slot in self.preset.slots))), {})
+        return settled(self.preset, self.robot, gains)
 
     @property
     def in_python(self) -> dict[str, str]:
@@ -269,7 +235,7 @@ class Cascade:
                 )
             preset = preset.with_gain(key, value, where)
         require_fit(preset.slots, where)
-        return _tried(replace(self, preset=preset))
+        return tried(replace(self, preset=preset))
 
     def check_gain(self, key: str, value: Any, where: str) -> None:
         """Raise a `ConfigError` that begins with `where` unless the gain of this key may have this value."""
@@ -314,35 +280,6 @@ class Cascade:
         )
 
 
-def calibrated(
-    controller: Any, robot: Robot, corrections: Corrections, given: Collection[str] = ()
-) -> Cascade:
-    """A cascade that knows of its robot what a calibration found.
-
-    Args:
-        controller: a cascade of the described robot.
-        robot: as it is described.
-        corrections: what was found.
-        given: keys of gains that the user gave; they stay.
-
-    Raises:
-        ConfigError: when the calibration was made for another robot, or the controller is no cascade.
-    """
-    if not isinstance(controller, Cascade):
-        raise ConfigError(
-            f"controller '{controller.name}' is Python of its own, which a calibration cannot reach; only "
-            "presets fly calibrated"
-        )
-    require_made_for(robot, corrections)
-    known = {key for key, _, _ in rows_of(controller.key_tables())}
-    found = {key: float(getattr(corrections, name)) for name, key in GAINS.items()}
-    changes = {
-        key: value for key, value in found.items() if key in known and key not in given and value >= 0.0
-    }
-    believed = believed_robot(robot, corrections)
-    return replace(controller.with_gains(changes), robot=believed, corrections=corrections)
-
-
 def build_cascade(robot: Robot, preset: Preset) -> Cascade:
     """A cascade with the robot's posture family and vectoring table.
 
@@ -353,14 +290,4 @@ def build_cascade(robot: Robot, preset: Preset) -> Cascade:
     """
     purpose = merged(slot.needs for slot in preset.slots).vectoring
     family = posture_family(standing(robot, purpose))
-    return _tried(Cascade(robot, preset, family, vectoring_table(robot, purpose)))
-
-
-def _tried(cascade: Cascade) -> Cascade:
-    """The cascade with what a trial of its users' laws shows."""
-    preset = cascade.preset
-    if not any(isinstance(slot.law, UserLaw) for slot in preset.slots):
-        return cascade
-    preset = replace(preset, slots=with_trial(cascade))
-    require_fit(preset.slots, f"controller {preset.name}")
-    return replace(cascade, preset=preset)
+    return tried(Cascade(robot, preset, family, vectoring_table(robot, purpose)))

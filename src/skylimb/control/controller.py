@@ -12,7 +12,8 @@ from skylimb.base.errors import ConfigError
 from skylimb.base.keys import units_of
 from skylimb.base.signals import Signal
 from skylimb.base.user_modules import load_module, sources_of_module
-from skylimb.control.cascade import Cascade, build_cascade, calibrated
+from skylimb.control.calibrated import calibrated
+from skylimb.control.cascade import Cascade, build_cascade
 from skylimb.control.corrections import CALIBRATION, Corrections
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.missions.reference import Reference

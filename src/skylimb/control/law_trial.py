@@ -20,8 +20,10 @@ import numpy as np
 from skylimb.base.errors import UserCodeError
 from skylimb.base.packing import Layout, is_numeric, structure
 from skylimb.base.user_code import described, returned
+from skylimb.control.law_fields import require_fit
 from skylimb.control.law_monitor import LawMonitor, monitored_like, unmonitored
 from skylimb.control.law_results import PARTS, checked
+from skylimb.control.prepared_gains import handed, preparing
 from skylimb.control.python_laws import PythonFunction
 from skylimb.control.slots import SLOTS, Slots
 from skylimb.control.traced_step import step_inputs, symbolic_inputs
@@ -29,18 +31,27 @@ from skylimb.control.user_functions import Prepared, UserLaw
 from skylimb.control.user_trace import PERIOD, STEPS, TOLERANCE, shaken_hover
 
 
-def with_trial(cascade: Any) -> Slots:
-    """The slots of a cascade with what the trial of its users' laws has shown.
+def tried(cascade: Any) -> Any:
+    """The cascade with what a trial has shown where a law is a user's, else as it is; see `with_trial`."""
+    theirs = any(isinstance(slot.law, UserLaw) for slot in cascade.preset.slots)
+    return with_trial(cascade) if theirs else cascade
+
+
+def with_trial(cascade: Any) -> Any:
+    """The cascade with what a trial of its laws has shown.
 
     Raises:
         ConfigError: where a law reads what nobody gives, or is not as it declares.
         UserCodeError: where it fails, or returns what the cascade cannot take.
     """
-    gives, python = _tried(_Cascade(cascade.structure(), cascade))
-    seen = zip(cascade.preset.slots, SLOTS, strict=True)
-    return Slots(
+    preset = cascade.preset
+    gives, python = _shown(_Cascade(cascade.structure(), cascade))
+    seen = zip(preset.slots, SLOTS, strict=True)
+    slots = Slots(
         *(replace(filled, gives=gives.get(slot), python=python.get(slot, {})) for filled, slot in seen)
     )
+    require_fit(slots, f"controller {preset.name}")
+    return replace(cascade, preset=replace(preset, slots=slots))
 
 
 @dataclass(frozen=True)
@@ -52,25 +63,26 @@ class _Cascade:
 
 
 @functools.lru_cache(maxsize=64)
-def _tried(of: _Cascade) -> tuple[dict[str, frozenset[str]], dict[str, dict[str, PythonFunction]]]:
+def _shown(of: _Cascade) -> tuple[dict[str, frozenset[str]], dict[str, dict[str, PythonFunction]]]:
     """What each law gives, and which of its functions fly in Python, by its slot."""
     cascade = of.cascade
     preset, monitor = cascade.preset, LawMonitor(cascade.preset.slots)
-    for slot in cascade.preparing:
+    for slot in preparing(preset):
         _try_prepare(cascade, slot)
-    hover, tried = _Hover(cascade), dict[str, _TriedLaw]()
+    hover, laws = _Hover(cascade), dict[str, _TriedLaw]()
     for slot, filled in zip(SLOTS, preset.slots, strict=True):
         if isinstance(filled.law, UserLaw):
-            tried[slot] = _TriedLaw(slot, filled.law, hover)
-            preset = preset.with_slot(slot, replace(filled, law=tried[slot]))
+            laws[slot] = _TriedLaw(slot, filled.law, hover)
+            preset = preset.with_slot(slot, replace(filled, law=laws[slot]))
     state, *given, gains = hover.records
     replace(cascade, preset=preset).step(gains, state, *given, PERIOD, monitor)
-    return monitor.gives, {slot: law.python for slot, law in tried.items()}
+    return monitor.gives, {slot: law.python for slot, law in laws.items()}
 
 
 def _try_prepare(cascade: Any, slot: str) -> None:
     """A `UserCodeError` unless what a law prepares of its gains is something, and the same every time."""
-    law, (one, other) = getattr(cascade.preset.laws, slot), (cascade.prepared(slot) for _ in range(2))
+    filled = getattr(cascade.preset.slots, slot)
+    law, (one, other) = filled.law, (filled.law.prepare(filled.gains, cascade.robot) for _ in range(2))
     if one is None:
         raise UserCodeError(
             f"{law.what}: prepare returns nothing, expected what step is handed behind inputs"
@@ -103,7 +115,7 @@ class _Hover:
         needs, rng = cascade.needs, np.random.default_rng(0)
         inputs = step_inputs(cascade, len(needs.preview))
         self.robot, self.state = cascade.robot, cascade.initial_state()
-        self.gains = cascade.handed(cascade.gains())
+        self.gains = handed(cascade.preset, cascade.robot, cascade.gains(), cascade.gains())
         self._symbols, self.records = symbolic_inputs(inputs)
         self._numbers: list[list[np.ndarray]] = []
         for _ in range(STEPS):

@@ -13,7 +13,7 @@ from skylimb.base.config import flatten
 from skylimb.base.errors import ConfigError, unknown_name
 from skylimb.base.keys.key import shown
 from skylimb.base.sources import read_source
-from skylimb.control.cascade import calibrated
+from skylimb.control.calibrated import calibrated
 from skylimb.control.controller import (
     Controller,
     controller_from_tables,

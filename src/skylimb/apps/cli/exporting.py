@@ -51,7 +51,7 @@ def export_c(
         model = skylimb.load_robot(robot)
         law = skylimb.load_controller(controller, model)
         if calibration:
-            from skylimb.control.cascade import calibrated
+            from skylimb.control.calibrated import calibrated
             from skylimb.control.corrections import read_corrections
 
             law = calibrated(law, model, read_corrections(calibration))

@@ -17,6 +17,7 @@ from skylimb.base.errors import ConfigError, unknown_name
 from skylimb.base.keys import Key, configuration
 from skylimb.base.packing import Layout
 from skylimb.control.controller import is_traceable
+from skylimb.control.prepared_gains import settled
 from skylimb.flight.events.event import Change, Event, EventContext, GainRows, write_changes
 
 
@@ -100,6 +101,6 @@ def gain_rows(changes: Sequence[GainChange], controller: Any, times: np.ndarray)
         if k == 0 or not np.array_equal(row, values[k - 1]):
             known = gains.copy()
             known[columns] = row
-            known = layout.pack(controller.settled(layout.unpack(known)))
+            known = layout.pack(settled(controller.preset, controller.robot, layout.unpack(known)))
         whole[k] = known
     return GainRows(np.arange(layout.size), whole)

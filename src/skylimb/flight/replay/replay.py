@@ -21,7 +21,7 @@ from skylimb.analysis.report.controller_replay import REPLAYED
 from skylimb.base.errors import ConfigError, SkylimbError
 from skylimb.base.packing import Layout
 from skylimb.base.signals import Signal
-from skylimb.control.cascade import calibrated
+from skylimb.control.calibrated import calibrated
 from skylimb.control.controller import (
     Controller,
     controller_signals,
