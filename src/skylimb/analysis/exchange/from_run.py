@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from skylimb.analysis.exchange.body import Bodies
 from skylimb.analysis.exchange.codec import message_of
@@ -18,6 +17,9 @@ from skylimb.analysis.exchange.stream import Message
 from skylimb.analysis.recording.run import Run
 from skylimb.base.rotations import rotation_from_rpy
 from skylimb.robots.model import Robot
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 START = 10**9
 """Time of the first row, ns, of a run that has no date; ROS takes 0 for no time."""

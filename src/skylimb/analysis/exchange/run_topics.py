@@ -12,15 +12,17 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from skylimb.analysis.exchange.lab_topics import RECORD, ROW, SOURCE, Topic
 from skylimb.analysis.recording.run import Run
 from skylimb.base.errors import OutputError
 from skylimb.base.packing import Layout
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def record_messages(run: Run) -> Iterator[tuple[Topic, dict[str, Any]]]:
@@ -80,6 +82,8 @@ def run_of(record: bytes, rows: np.ndarray, sources: Mapping[str, bytes], called
     Raises:
         OutputError: when the rows are not those of the record.
     """
+    import xarray as xr
+
     run = Run.of_content(record, called)
     log, at, filled = run.log, 0, dict[str, Any]()
     for name in row_names(log):
