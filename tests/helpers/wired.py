@@ -14,6 +14,7 @@ from skylimb.analysis.exchange.frames import lab_link
 from skylimb.apps.ros1.controlled import Controlled
 from skylimb.apps.ros1.flyer import Flyer
 from skylimb.apps.ros1.lab_config import read_lab_config
+from skylimb.apps.ros1.limits import FlightLimits
 from skylimb.apps.ros1.messages import Arrived, Outgoing
 from skylimb.apps.ros1.simulated import Simulated
 from skylimb.apps.ros1.states import FlightState
@@ -27,7 +28,9 @@ LAB = Path(__file__).parents[1] / "apps" / "ros1" / "lab"
 class Wire:
     """Controller and simulator in step; what one says the other hears at the next tick."""
 
-    def __init__(self, files: tuple[str, ...] = ("motor_info.yaml",)) -> None:
+    def __init__(
+        self, files: tuple[str, ...] = ("motor_info.yaml",), limits: FlightLimits | None = None
+    ) -> None:
         takeoff, controller = ready("hybrid")
         config = read_lab_config([LAB / name for name in files], takeoff.robot)
         (inner,) = take_off("paper", ("hybrid",), set={**CIRCLE, "controller_rate": 1000.0})
@@ -35,7 +38,8 @@ class Wire:
         self.pacer = pacer = stepped(takeoff.period)
         self.robot = Simulated(inner, link, pacer, servos=config.servos)
         missions = {"paper": takeoff.mission}
-        self._made = lambda: Controlled(Flyer(takeoff, controller, missions, link, pacer), config)
+        flyer = Flyer(takeoff, controller, missions, link, pacer, limits=limits or FlightLimits())
+        self._made = lambda: Controlled(flyer, config)
         self.pilot = self._made()
         self.spoil: Callable[[Outgoing], Outgoing | None] = lambda one: one
         self.spoil_down: Callable[[Outgoing], Outgoing | None] = lambda one: one

@@ -7,6 +7,7 @@ import json
 import shutil
 import subprocess
 import sys
+import warnings
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -24,7 +25,7 @@ from skylimb.analysis.exchange.lab_topics import ROW
 from skylimb.analysis.exchange.layouts import first_second, foxglove_layout, plots, write_layouts
 from skylimb.analysis.exchange.message_types import DEFINITIONS, IMU, message_types
 from skylimb.analysis.exchange.run_topics import row_table, run_of
-from skylimb.analysis.exchange.stream import Message
+from skylimb.analysis.exchange.stream import Message, Raw, decoded, encoder
 from skylimb.analysis.exchange.to_run import Read, run_from
 from skylimb.analysis.recording import write_sources
 from skylimb.analysis.report.controller_replay import differences
@@ -92,7 +93,7 @@ def test_rows_are_written_as_they_come(flown: skylimb.Run, tmp_path: Path) -> No
             alive.append(index)
             yield message
 
-    container_of("a.bag").write(tmp_path / "a.bag", stream())
+    container_of("a.bag").write(tmp_path / "a.bag", map(encoder(), stream()))
     with container_of("a.bag").read(tmp_path / "a.bag") as read:
         assert next(read).topic == "/skylimb/record"
         assert 1 + sum(1 for _ in read) == len(alive)
@@ -292,11 +293,11 @@ def test_what_was_cut_off_is_read_up_to_its_last_whole_chunk(
 ) -> None:
     path = tmp_path / f"a{ending}"
     many = [message._replace(time=message.time + k * 10**10) for k in range(8) for message in messages]
-    container_of(path).write(path, many)
+    container_of(path).write(path, map(encoder(), many))
     whole = path.read_bytes()
     path.write_bytes(whole[: int(0.8 * len(whole))])
     with container_of(path).read(path) as read, pytest.warns(UserWarning, match=r"was cut off: what was rec"):
-        found = list(read)
+        found = list(decoded(read))
     assert len(messages) < len(found) < len(many)
     for one, other in zip(found, many, strict=False):
         assert (one.topic, one.type, one.time) == (other.topic, other.type, other.time)
@@ -318,7 +319,7 @@ def test_ros_itself_reads_every_message_of_a_bag(messages: list[Message], tmp_pa
     if not here:
         pytest.skip("no rosbag here: apt-get install python3-rosbag")
     path = tmp_path / "log.bag"
-    container_of(path).write(path, messages)
+    container_of(path).write(path, map(encoder(), messages))
     read = subprocess.run([ROS_PYTHON, "-c", READ, path], capture_output=True, text=True, check=False, env={})
     assert read.stdout.strip() == str(len(messages)), read.stderr
 
@@ -355,7 +356,9 @@ def test_layouts_plot_what_is_in_the_file(flown: skylimb.Run, tmp_path: Path, en
     write_log(flown, path, namespace="mine")
     layouts = [file.read_text(encoding="utf-8") for file in write_layouts(path, "mine")]
     with container_of(path).read(path) as read:
-        values = {message.topic: message.value for message in read if message.topic.startswith("/mine/")}
+        values = {
+            message.topic: message.value for message in decoded(read) if message.topic.startswith("/mine/")
+        }
     series = {name: x for topic, value in values.items() for name, x in juggled(topic, value).items()}
     root = ElementTree.fromstring(layouts[1])
     curves = [curve.attrib["name"] for curve in root.iter("curve")]
@@ -450,6 +453,36 @@ def test_a_message_that_changed_is_read_by_the_definition_in_the_file(tmp_path: 
         writer.add_message(channel, 5, bytes(types.serialize_ros1(value, IMU)), 5)
         writer.finish()
     with container_of("a.mcap").read(tmp_path / "old.mcap") as read:
-        (message,) = read
+        (message,) = decoded(read)
     assert (message.topic, message.type, message.time) == ("/x/imu", IMU, 5)
     assert list(message.value.gyro) == [1.0, 2.0, 3.0]
+
+
+@pytest.mark.parametrize(("ending", "target"), [(".bag", ".bag"), (".mcap", ".mcap"), (".mcap", ".bag")])
+def test_what_is_salvaged_is_whole_again_to_the_byte(
+    messages: list[Message], tmp_path: Path, ending: str, target: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, anew = tmp_path / f"cut{ending}", tmp_path / f"whole{target}"
+    many = [message._replace(time=message.time + k * 10**10) for k in range(8) for message in messages]
+    # Somebody else's topic, of another definition than ours.
+    text = "time stamp\nfloat32[3] acc_data\n"
+    foreign = Raw("/lab/odd", IMU, text, 7, bytes(20))
+    container_of(path).write(path, (foreign, *map(encoder(), many)))
+    content = path.read_bytes()
+    path.write_bytes(content[: int(0.8 * len(content))])
+    assert main(["salvage", str(path), str(anew)]) in (None, 0)
+    said = capsys.readouterr()
+    assert "was cut off: what was recorded up to" in said.err
+    with pytest.warns(UserWarning, match="was cut off"), container_of(path).read(path) as read:
+        left = list(read)
+    with warnings.catch_warnings(), container_of(anew).read(anew) as read:
+        warnings.simplefilter("error")
+        found = list(read)
+    assert len(found) == len(left) > len(messages)
+    assert said.out.startswith(f"{len(left)} messages")
+    same = ("topic", "type", "time", "content")
+    for one, other in zip(found, left, strict=True):
+        assert [getattr(one, name) for name in same] == [getattr(other, name) for name in same]
+    (odd,) = decoded(found[:1])
+    assert (odd.topic, odd.value.acc_data.tolist()) == ("/lab/odd", [0.0, 0.0, 0.0])
+    assert main(["salvage", str(path), str(anew)]) == 2  # it is there

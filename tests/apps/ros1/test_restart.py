@@ -7,6 +7,7 @@ import pytest
 
 from skylimb.analysis.exchange import lab_topics as topics
 from skylimb.apps.ros1.grounded import STAND
+from skylimb.apps.ros1.limits import FlightLimits
 from skylimb.apps.ros1.messages import Outgoing
 from skylimb.apps.ros1.states import FlightState
 from wired import Wire
@@ -37,6 +38,31 @@ def test_a_controller_that_begins_anew_in_hover_lands_the_robot(hovering: Wire) 
     assert hovering.sinks() < 0.8
     assert not hovering.armed
     assert hovering.where[-1][2] < STAND + 0.01
+
+
+def test_a_controller_that_begins_anew_may_go_on_hovering() -> None:
+    wire = Wire(limits=FlightLimits(adopt="hover"))
+    wire.hover()
+    before = wire.robot.plant.truth().position.copy()
+    killed(wire, 0.1)
+    wire.fly(4.0)
+    assert "the flight controller is armed, and nobody here armed it: hovering" in wire.said
+    assert wire.pilot.pilot.flying.state == FlightState.HOVER
+    assert np.linalg.norm(wire.where[-1] - before) < 0.3
+    assert abs(wire.where[-1] - wire.where[-100]).max() < 0.02  # it stands in the air
+    wire.tick(LAND)
+    wire.until(FlightState.ARM_OFF, 12.0)
+    assert not wire.armed
+
+
+def test_rotors_that_the_supervisor_cuts_are_disarmed(hovering: Wire) -> None:
+    flight = hovering.pilot.pilot.flight
+    assert flight is not None
+    flight._guard.stop()
+    hovering.until(FlightState.STOP, 0.1)
+    hovering.until(FlightState.ARM_OFF, 0.2)
+    assert not hovering.armed
+    assert "the supervisor has cut the rotors: the flight controller is disarmed" in hovering.said
 
 
 @pytest.mark.parametrize("order", [HALT, FORCE])

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from skylimb.analysis.exchange.bag_records import raw_messages
 from skylimb.analysis.exchange.message_types import message_types
-from skylimb.analysis.exchange.stream import Message, decoded
+from skylimb.analysis.exchange.stream import Raw, whole
 from skylimb.base.files import new_file, readable
+
+if TYPE_CHECKING:
+    from rosbags.interfaces import Connection
 
 
 def _blocks(content: bytes) -> bytes:
@@ -23,9 +27,8 @@ def _blocks(content: bytes) -> bytes:
 class Bag:
     """A ROS 1 bag."""
 
-    def write(self, path: Path, messages: Iterable[Message]) -> None:
+    def write(self, path: Path, messages: Iterable[Raw]) -> None:
         """Write a new bag."""
-        types = message_types()
         from rosbags.rosbag1 import Writer
 
         with new_file(path) as aside:
@@ -33,13 +36,17 @@ class Bag:
             writer.set_compression(Writer.CompressionFormat.LZ4)
             writer.compressor = _blocks
             with writer:
-                connection = cache(partial(writer.add_connection, typestore=types))
-                for message in messages:
-                    raw = types.serialize_ros1(message.value, message.type)
-                    writer.write(connection(message.topic, message.type), message.time, raw)
+
+                @cache
+                def connection(topic: str, kind: str, definition: str) -> Connection:
+                    types = message_types({kind: definition})
+                    return writer.add_connection(topic, kind, typestore=types)
+
+                for topic, kind, definition, time, content in messages:
+                    writer.write(connection(topic, kind, definition), time, content)
 
     @contextmanager
-    def read(self, path: Path) -> Iterator[Iterator[Message]]:
-        """The messages of a bag, read with the definitions that it brings; see `stream.decoded`."""
+    def read(self, path: Path) -> Iterator[Iterator[Raw]]:
+        """The messages of a bag, with the definitions that it brings; see `stream.whole`."""
         with readable(path, "ROS 1 bag") as file:
-            yield decoded(raw_messages(file), path, EOFError)
+            yield whole(raw_messages(file), path, EOFError)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import json
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from skylimb.analysis.exchange.containers import ENDINGS, container_of
@@ -11,6 +13,7 @@ from skylimb.analysis.exchange.from_run import messages_of, topics_of
 from skylimb.analysis.exchange.lab_topics import IN_LOGS, NAMESPACE
 from skylimb.analysis.exchange.message_types import message_types
 from skylimb.analysis.exchange.run_topics import row_names
+from skylimb.analysis.exchange.stream import Raw, decoded, encoder
 from skylimb.analysis.exchange.to_run import Read, run_from
 from skylimb.analysis.recording.run import Run
 from skylimb.base.errors import choice_error
@@ -37,7 +40,10 @@ def read_log(path: str | Path, robot: str = "", link: str = "") -> Read:
         return Read(Run.load(path), ())
     with container_of(path).read(path) as messages:
         return run_from(
-            messages, lambda: load_robot(robot or ROBOT), path.stem, lambda model: lab_link(model, link)
+            decoded(messages),
+            lambda: load_robot(robot or ROBOT),
+            path.stem,
+            lambda model: lab_link(model, link),
         )
 
 
@@ -69,7 +75,7 @@ def write_log(
     container, types = container_of(path), message_types()
     model = load_robot(robot or str(run.log.attrs.get("robot", ROBOT)))
     shown = lab_link(model, link)
-    container.write(path, messages_of(run, model, types, shown, namespace))
+    container.write(path, map(encoder(), messages_of(run, model, types, shown, namespace)))
     return _not_held(run, shown)
 
 
@@ -86,6 +92,31 @@ def convert(
     require_new(target)
     read = read_log(source, robot, link)
     return (*read.notes, *write_log(read.run, target, robot, link, namespace))
+
+
+def salvage(source: str | Path, target: str | Path) -> int:
+    """Write all that can be read of a bag or an MCAP file as a whole one with an index.
+
+    Args:
+        source: of ours or anybody's, also one that was cut off, without an index.
+        target: a new file; its messages are those of the source to the byte.
+
+    Returns:
+        How many messages.
+
+    Raises:
+        OutputError: when the source cannot be read, or the target exists.
+        ConfigError: for another ending.
+    """
+    count = itertools.count()
+
+    def counted(messages: Iterable[Raw]) -> Iterator[Raw]:
+        return (message for message, _ in zip(messages, count, strict=False))
+
+    # ROS calls a bag that is being recorded NAME.bag.active.
+    with container_of(str(source).removesuffix(".active")).read(Path(source)) as messages:
+        container_of(target).write(require_new(target), counted(messages))
+    return next(count)
 
 
 def _not_held(run: Run, link: str) -> tuple[str, ...]:

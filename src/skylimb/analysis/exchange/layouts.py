@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 
 from skylimb.analysis.exchange.containers import container_of
 from skylimb.analysis.exchange.lab_topics import NAMESPACE
-from skylimb.analysis.exchange.stream import Message
+from skylimb.analysis.exchange.stream import Message, decoded
 from skylimb.base.errors import ConfigError
 from skylimb.base.files import new_file
 
@@ -178,7 +178,7 @@ def write_layouts(log: str | Path, namespace: str = NAMESPACE) -> list[Path]:
     """
     require_layouts(log)
     with container_of(log).read(Path(log)) as messages:
-        chosen = plots(first_second(messages), namespace)
+        chosen = plots(first_second(decoded(messages)), namespace)
     texts = {
         Path(log).with_suffix(".foxglove.json"): foxglove_layout(chosen),
         Path(log).with_suffix(".plotjuggler.xml"): plotjuggler_layout(chosen),

@@ -8,8 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from skylimb.analysis.exchange.message_types import message_types
-from skylimb.analysis.exchange.stream import Message, Raw, decoded
+from skylimb.analysis.exchange.stream import Raw, whole
 from skylimb.base.errors import extra_module
 from skylimb.base.files import new_file, readable
 
@@ -25,16 +24,15 @@ class McapStream:
     def __init__(self, path: Path, chunk: int = 0) -> None:
         module = extra_module("mcap.writer")
         small = {"chunk_size": chunk, "compression": module.CompressionType.NONE} if chunk else {}
-        self._types, self._file = message_types(), path.open("xb")
+        self._file = path.open("xb")
         self._writer = module.Writer(self._file, **small)
         self._writer.start(profile="ros1", library="skylimb")
         self._schema, self._channel = cache(self._schema_of), cache(self._channel_of)
 
-    def add(self, message: Message) -> None:
+    def add(self, raw: Raw) -> None:
         """Write a message."""
-        raw = bytes(self._types.serialize_ros1(message.value, message.type))
-        channel = self._channel(message.topic, message.type)
-        self._writer.add_message(channel, message.time, raw, message.time)
+        channel = self._channel(raw.topic, raw.type, raw.definition)
+        self._writer.add_message(channel, raw.time, raw.content, raw.time)
         self._file.flush()
 
     def close(self) -> None:
@@ -42,30 +40,29 @@ class McapStream:
         with self._file:
             self._writer.finish()
 
-    def _schema_of(self, kind: str) -> int:
-        text, _ = self._types.generate_msgdef(kind, ros_version=1)
-        return self._writer.register_schema(kind.replace("/msg/", "/"), "ros1msg", text.encode())
+    def _schema_of(self, kind: str, definition: str) -> int:
+        return self._writer.register_schema(kind.replace("/msg/", "/"), "ros1msg", definition.encode())
 
-    def _channel_of(self, topic: str, kind: str) -> int:
-        return self._writer.register_channel(topic, "ros1", self._schema(kind))
+    def _channel_of(self, topic: str, kind: str, definition: str) -> int:
+        return self._writer.register_channel(topic, "ros1", self._schema(kind, definition))
 
 
 class Mcap:
     """An MCAP file of the profile ros1."""
 
-    def write(self, path: Path, messages: Iterable[Message]) -> None:
+    def write(self, path: Path, messages: Iterable[Raw]) -> None:
         """Write a new file."""
         with new_file(path) as aside, closing(McapStream(aside)) as stream:
             for message in messages:
                 stream.add(message)
 
     @contextmanager
-    def read(self, path: Path) -> Iterator[Iterator[Message]]:
-        """The messages of a file that are ROS 1's, read with their own definitions; see `decoded`."""
+    def read(self, path: Path) -> Iterator[Iterator[Raw]]:
+        """The messages of a file that are ROS 1's, with their own definitions; see `whole`."""
         reader_of = extra_module("mcap.reader").NonSeekingReader
         cut = extra_module("mcap.exceptions").EndOfFile
         with readable(path, "MCAP file") as file:
-            yield decoded(_raw(reader_of(file, validate_crcs=True)), path, cut)
+            yield whole(_raw(reader_of(file, validate_crcs=True)), path, cut)
 
 
 def _raw(reader: Any) -> Iterator[Raw]:

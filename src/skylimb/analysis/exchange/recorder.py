@@ -20,7 +20,7 @@ from skylimb.analysis.exchange.from_run import START
 from skylimb.analysis.exchange.lab_topics import RECORD, ROW, SOURCE, Topic
 from skylimb.analysis.exchange.mcap_file import McapStream
 from skylimb.analysis.exchange.message_types import message_types
-from skylimb.analysis.exchange.stream import Message
+from skylimb.analysis.exchange.stream import Message, Raw, encoder
 from skylimb.base.errors import MissingExtraError, OutputError
 from skylimb.base.files import interrupted_name, rename_new, staging
 
@@ -53,7 +53,7 @@ class FlightRecorder:
                 f"'{folder}' has {1e-9 * free:.2f} GB of room; flights are recorded with {1e-9 * ROOM:g} GB "
                 "or more"
             )
-        self._folder, self._types = folder, message_types()
+        self._folder, self._types, self._encode = folder, message_types(), encoder()
         self._stream: McapStream | None = None
         self._flights, self._rows = 0, 0
         self._beside: dict[str, FlightRecorder] = {}
@@ -101,9 +101,10 @@ class FlightRecorder:
         if stream is not None:
             stream.close()
 
-    def _message(self, topic: Topic, fields: Any) -> Message:
+    def _message(self, topic: Topic, fields: Any) -> Raw:
         time = START + (round(1e9 * float(fields["data"][0])) if topic == ROW else 0)
-        return Message(topic.name, topic.type, time, message_of(self._types, topic.type, fields, self._rows))
+        value = message_of(self._types, topic.type, fields, self._rows)
+        return self._encode(Message(topic.name, topic.type, time, value))
 
     def _watch(self, topic: Topic) -> None:
         self._rows += topic == ROW

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -44,21 +45,40 @@ class Raw(NamedTuple):
     content: bytes
 
 
-def decoded(messages: Iterable[Raw], path: Path, cut: type[Exception]) -> Iterator[Message]:
-    """Messages by the definitions of their file, up to the last whole chunk of one that was cut off.
+def encoder() -> Callable[[Message], Raw]:
+    """What makes a message as a file holds it, by ROS 1's definitions and the lab's."""
+    types = message_types()
+    definition = cache(lambda kind: types.generate_msgdef(kind, ros_version=1)[0])
+
+    def encode(message: Message) -> Raw:
+        content = bytes(types.serialize_ros1(message.value, message.type))
+        return Raw(message.topic, message.type, definition(message.type), message.time, content)
+
+    return encode
+
+
+def whole(messages: Iterable[Raw], path: Path, cut: type[Exception]) -> Iterator[Raw]:
+    """Messages up to the last whole chunk of a file that was cut off.
 
     Args:
         messages: as they stand in the file.
         path: of the file.
         cut: raised by `messages` where the file ends too soon; that is told as a warning.
     """
-    stores: dict[tuple[str, str], Any] = {}
     last = 0
     try:
-        for topic, kind, definition, last, content in messages:
-            if (kind, definition) not in stores:
-                stores[kind, definition] = message_types({kind: definition})
-            yield Message(topic, kind, last, stores[kind, definition].deserialize_ros1(content, kind))
+        for message in messages:
+            last = message.time
+            yield message
     except cut:
         until = f"what was recorded up to {1e-9 * last:.3f} s" if last else "no message"
         warnings.warn(f"'{path}' was cut off: {until} is read", UserWarning, stacklevel=2)
+
+
+def decoded(messages: Iterable[Raw]) -> Iterator[Message]:
+    """Messages by the definitions of their file."""
+    stores: dict[tuple[str, str], Any] = {}
+    for topic, kind, definition, time, content in messages:
+        if (kind, definition) not in stores:
+            stores[kind, definition] = message_types({kind: definition})
+        yield Message(topic, kind, time, stores[kind, definition].deserialize_ros1(content, kind))

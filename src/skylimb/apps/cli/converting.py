@@ -9,6 +9,26 @@ from skylimb.apps.cli.arguments import arg
 from skylimb.apps.cli.options import Log
 
 
+def salvage(
+    source: Annotated[str, arg("A .bag or .mcap file that was cut off, or has no index.", "FILE")],
+    target: Annotated[str, arg("New file: .bag or .mcap.", "OUT")],
+) -> None:
+    """Write all that can be read of a bag or an MCAP file as a whole one, with an index.
+
+    Every topic is kept, to the byte, up to the last whole chunk; until when is said. No ROS is needed.
+
+    Examples:
+        skylimb salvage out/ros-interrupted/01-flight.mcap flight.mcap
+        skylimb salvage lab.bag.active lab.bag
+    """
+    from skylimb.analysis.exchange import convert as conversion
+
+    with output.working("reading what is left"):
+        count = conversion.salvage(source, target)
+    print(f"{count} messages")
+    print(f"  {target}")
+
+
 def convert(
     log: Log,
     target: Annotated[str, arg("New file: .nc, .bag or .mcap.", "OUT")],

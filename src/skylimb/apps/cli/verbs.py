@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from skylimb.apps.cli.arguments import Verb, arg
 from skylimb.apps.cli.calibrating import calibrate
 from skylimb.apps.cli.campaigns import campaign, campaign_report, faults, reproduce, tune
-from skylimb.apps.cli.converting import convert
+from skylimb.apps.cli.converting import convert, salvage
 from skylimb.apps.cli.examples import examples
 from skylimb.apps.cli.exporting import export_c
 from skylimb.apps.cli.flying import compare, draw, run
@@ -54,6 +54,7 @@ VERBS: dict[str, Verb] = {
     "ros": ros,
     "replay": replay,
     "convert": convert,
+    "salvage": salvage,
     "export-c": export_c,
     "keys": keys,
     "completion": completion,
