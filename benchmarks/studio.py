@@ -106,8 +106,10 @@ def measure(experiment: str, seconds: float) -> Found:
                 time.sleep(0.01)
             found.first_picture = time.perf_counter() - begun
             time.sleep(SETTLING)
-            address = url.replace("http", "ws") + "socket?page=benchmark"
-            with connect(address, origin=url.rstrip("/"), max_size=2**24) as second:  # type: ignore[arg-type]
+            address, _, token = url.partition("?")
+            second_page = address.replace("http", "ws") + f"socket?page=benchmark&{token}"
+            origin: Any = address.rstrip("/")
+            with connect(second_page, origin=origin, max_size=2**24) as second:
                 _watch(found, page, second, process.pid, seconds)
         chromium.close()
     return found

@@ -8,10 +8,20 @@ const shown = (value) => (typeof value === "number" ? Number(value.toPrecision(6
 const same = (one, other) => JSON.stringify(one) === JSON.stringify(other);
 const inWords = (value) => (Array.isArray(value) ? `[${value.map(inWords).join(", ")}]` : value === null ? "none" : String(shown(value)));
 
+/** What a key is called in its group: its last words, and those of a table inside of the group. */
+const nameOf = ({ key }) => key.split(".").slice(key.startsWith("controller.") ? 2 : 1).join(": ").replaceAll("_", " ") || key.replaceAll("_", " ");
+const plainUnit = (unit) => unit.replace(/\^-1/g, "⁻¹").replace(/\^2/g, "²").replace(/\^3/g, "³");
+
+/** What a key means, without formulas' names and with letters below the line. */
+function plain(text) {
+  const parts = plainUnit(text.replace(/ ?(of |by )?eq:[a-z ]+/i, "")).split(/(\b[A-Za-z]_[A-Za-z]+)/);
+  return parts.map((part) => (/^[A-Za-z]_/.test(part) ? element("span", {}, part[0], element("sub", {}, part.slice(2))) : part));
+}
+
 export class Controls {
   /** `studio.say` is called with what a hand changes. */
   constructor(studio, holder) {
-    Object.assign(this, { studio, rows: [], open: new Set(["controller.translation"]), flight: null });
+    Object.assign(this, { studio, rows: [], open: new Set(["Motion in space"]), flight: null });
     this.search = element("input", { type: "search", placeholder: "Search: stiffness, friction, latency …", "aria-label": "Search gains and keys", autocomplete: "off", spellcheck: "false" });
     this.of = element("select", { "aria-label": "Whose gains" });
     this.of.addEventListener("change", () => { this.flight = this.of.value === "" ? null : Number(this.of.value); this.apply(this.state); });
@@ -31,11 +41,9 @@ export class Controls {
     this.of.replaceChildren(element("option", { value: "" }, "gains of all"), ...names.map((name, i) => element("option", { value: i }, `gains of ${name}`)));
     if (this.#renew(controls)) return;
     const tables = new Map();
-    const inOrder = [...controls].sort((a, b) => Boolean(b.flights) - Boolean(a.flights)); // gains first
-    for (const control of inOrder) {
-      const table = control.key.includes(".") ? control.key.split(".").slice(0, -1).join(".") : "experiment";
-      if (!tables.has(table)) tables.set(table, []);
-      tables.get(table).push(control);
+    for (const control of controls) {
+      if (!tables.has(control.group)) tables.set(control.group, []);
+      tables.get(control.group).push(control);
     }
     this.rows = [];
     this.list.replaceChildren(...[...tables].map(([table, members]) => this.#table(table, members)));
@@ -76,13 +84,13 @@ export class Controls {
       this.studio.say("set", { key, value, flight: control.flights ? this.flight : null, entry });
     });
     row.holder = element("div", { class: "key" },
-      element("label", { for: id, title: key }, key.split(".").slice(-1)[0].replaceAll("_", " "), element("span", { class: "unit" }, unit ? ` ${unit}` : "")),
+      element("label", { for: id, title: key }, nameOf(control), element("span", { class: "unit" }, unit ? ` ${plainUnit(unit)}` : "")),
       acts === "restart" ? element("span", { class: "restarts", title: "A change takes off again" }, "restarts") : element("span"),
-      row.input.holder, element("p", { class: "meaning" }, meaning));
+      row.input.holder, element("p", { class: "meaning" }, ...plain(meaning)));
     // What is being typed or dragged is not taken away before it is said, or left.
     row.holder.addEventListener("input", ({ target }) => { if (target.type !== "range" || acts === "restart") row.held = Infinity; });
     for (const kind of ["change", "focusout"]) row.holder.addEventListener(kind, () => { if (row.held === Infinity) { row.held = 0; setTimeout(() => this.#set(row), OWN); } });
-    row.words = `${key} ${meaning} ${unit} ${key.replaceAll("_", " ")}`.toLowerCase();
+    row.words = `${key} ${control.group} ${meaning} ${unit} ${key.replaceAll("_", " ")}`.toLowerCase();
     return row;
   }
 
@@ -122,7 +130,7 @@ export class Controls {
       const buttons = [["take-off", 1], ["preset", 2]].filter(([to]) => differs[to])
         .map(([to, at]) => button(`${to}: ${of(at)}`, { class: "back", "aria-label": `${key}: back to ${to}`, title: acts === "restart" ? "Takes off again" : "" }, () => this.studio.say("back", { to, key })));
       for (const to of Object.keys(wanted)) wanted[to] ||= differs[to];
-      told.push(element("li", {}, element("span", { title: key }, key.replace(/^controller\./, "").replaceAll("_", " ")), element("strong", {}, of(0)), ...buttons));
+      told.push(element("li", {}, element("span", { title: key }, `${control.group}: ${nameOf(control)}`), element("strong", {}, of(0)), ...buttons));
     }
     const what = JSON.stringify(told.map(({ textContent }) => textContent));
     if (what === this.listed) return; // a button that is pressed just now stays

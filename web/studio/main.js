@@ -92,7 +92,7 @@ class Studio {
 
   #listenToLine() {
     const { line, shell } = this;
-    line.on("line", ({ open }) => { shell.online = open; shell.status(); });
+    line.on("line", ({ open }) => { shell.online = open; if (open) shell.ended = undefined; shell.status(); });
     line.on("hello", (hello) => {
       this.past.clear();
       this.early = null;
@@ -114,6 +114,7 @@ class Studio {
     line.on("kept", (kept) => { shell.kept(kept); });
     line.on("pace", (pace) => this.transport.pace(pace));
     line.on("over", () => { if (shell.seats.drives) this.say("scores"); });
+    line.on("farewell", (last) => shell.farewell(last));
     line.on("scores", (scores) => shell.showScores(scores));
   }
 

@@ -21,6 +21,10 @@ export class Shell {
     this.seats = { drives: false, others: 0 };
     this.#buildTabs();
     find("take-over").addEventListener("click", () => studio.say("take over"));
+    find("help-open").addEventListener("click", () => this.help());
+    addEventListener("keydown", (event) => {
+      if (event.key === "?" && !event.target.matches("input, select")) this.help();
+    });
     find("lost").append(button("Fly again with the last good gains", { class: "main" }, () => studio.say("recover")));
     this.first = choice("Controller", [], "", () => this.#choose());
     this.second = choice("Second controller", [], "", () => this.#choose());
@@ -88,7 +92,7 @@ export class Shell {
   status() {
     const { state, looking } = this.studio;
     const lost = state.verdict?.some((text) => text !== ENDED);
-    const [kind, text] = !this.online ? ["off", "No connection; trying again"]
+    const [kind, text] = !this.online ? ["off", this.ended ?? "No connection; trying again"]
       : looking !== null ? ["paused", "Looking back"]
         : state.over ? [lost ? "bad" : "over", verdictOf(state.verdict ?? [], this.studio.figures)]
           : state.paused ? ["paused", "Paused"] : ["flying", "Flying"];
@@ -101,8 +105,11 @@ export class Shell {
     const { drives, others } = this.seats;
     document.body.dataset.drives = String(drives);
     for (const part of document.querySelectorAll(".drives")) part.inert = !drives;
+    const { may_drive: may = true, watch } = this.seats;
     find("seat").textContent = drives ? (others ? `You drive, ${others} watching` : "") : "You watch";
-    find("take-over").hidden = drives || !this.online;
+    find("take-over").hidden = drives || !this.online || !may;
+    find("watch").hidden = !watch;
+    find("watch-link").textContent = watch ?? "";
   }
 
   note(text, kind = "") {
@@ -137,6 +144,19 @@ export class Shell {
         element("tr", {}, element("th", { scope: "rowgroup", colspan: 2 + flights.length, class: "heading" }, title)), ...rows.map(row)))));
   }
 
+  /** What can be done, and with which keys. */
+  help() {
+    const dialog = find("help");
+    if (!dialog.open) dialog.showModal();
+  }
+
+  /** The studio has ended. */
+  farewell({ folder }) {
+    const text = folder ? `The studio has ended. The flight is kept in ${folder}` : "The studio has ended.";
+    this.ended = text;
+    this.status();
+  }
+
   /** An exception in the user's controller: where and what; null once it is mended. */
   controllerError(error) {
     const box = find("trouble");
@@ -144,6 +164,6 @@ export class Shell {
     if (!error) return box.replaceChildren();
     const where = error.file ? `${error.file}${error.line ? `, line ${error.line}` : ""}` : "";
     box.replaceChildren(element("strong", {}, "The controller failed. "), where ? element("code", {}, where) : "",
-      element("pre", {}, error.text), element("p", { class: "soft" }, "Save the file and it is flown anew."));
+      element("pre", {}, error.text), element("p", { class: "soft" }, error.flying ? `${error.flying} ` : "", "Save the file and it is flown anew."));
   }
 }

@@ -15,13 +15,14 @@ import numpy as np
 
 from skylimb.analysis.recording.log import build_log
 from skylimb.analysis.recording.origin import origin_text
-from skylimb.analysis.recording.run import Run
+from skylimb.analysis.recording.run import STOPPED, Run
 from skylimb.analysis.recording.versions import origin_versions, versions
 from skylimb.base.config import put, to_mapping
 from skylimb.base.keys import tables_of, units_of
 from skylimb.base.signals import Signal
 from skylimb.control.contact_machine import REASONS, STATES
 from skylimb.control.controller import Controller, controller_signals, controller_units, resolved_tables
+from skylimb.control.loop.flight import stopped_cause
 from skylimb.control.missions.frame import ContactFrame, contact_frame
 from skylimb.control.missions.mission import PHASES
 from skylimb.flight.events import event_tables
@@ -69,7 +70,7 @@ def flight_run(
         "experiment": experiment.name,
         "controller": name,
         "seed": experiment.seed,
-        "status": "FAILED" if cause else "OK",
+        "status": _status(plan, cause, len(times)),
         "cause": cause,
         "contact_axis": frame.contact.tolist(),
         "sliding_axes": [*frame.sliding_u.tolist(), *frame.sliding_v.tolist()],
@@ -88,6 +89,12 @@ def flight_run(
     known = {**controller_signals(plan.controller), **(declared or {})}
     log = build_log(values, times, plan.robot.description, known, FLAGS, {**said, **(attributes or {})})
     return Run(name=name, controller=name, log=log)
+
+
+def _status(plan: FlightPlan, cause: str, ticks: int) -> str:
+    """What became of a flight: one that its experiment has stopped (`stop_at`) was not lost."""
+    wanted = plan.experiment.stop_at is not None and cause == stopped_cause(ticks, plan.mission)
+    return STOPPED if wanted else "FAILED" if cause else "OK"
 
 
 def documented(

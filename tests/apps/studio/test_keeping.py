@@ -100,8 +100,7 @@ def test_the_flights_go_on_after_they_were_kept(session, kept):
 
 def test_a_kept_flight_says_that_it_was_stopped(kept):
     run = load_runs(kept.folder)["hybrid"]
-    assert run.failed
-    assert run.done is False or run.done is None
+    assert (run.status, run.failed, run.done, run.missed) == ("STOPPED", False, None, [])
     assert "stopped from outside at t = " in run.cause
 
 
@@ -114,3 +113,25 @@ def test_a_name_that_leads_out_of_the_folder_is_refused(session, name):
 def test_nothing_that_was_kept_is_overwritten(session, kept):
     with pytest.raises(OutputError, match="exists"):
         session.keep("first")
+
+
+def test_a_kept_flight_is_scored_as_far_as_it_flew_and_its_report_says_what_was_done(short, tmp_path):
+    session = Session("paper", ("hybrid",), set=short, out=tmp_path)
+    while session.live.flights[0].recent[-1, session.live.flights[0].slices["contact_duty"]] < 0.5:
+        session.advance(10)
+    session.advance(260)
+    session.poke("link2", [0.0, 0.0, 0.0], [0.0, 0.25, 0.0])
+    session.advance(40)
+    session.release()
+    session.set_key("controller.attitude.damping_ratio", 0.9, entry=0)
+    session.advance(60)
+    kept = session.keep("half")
+    kept.report.wait(timeout=120)
+    run = skylimb.Run.load(kept.folder)
+    assert run.stopped
+    assert run.metrics["contact_fraction"] > 0.9
+    report = (kept.folder / "report.html").read_text()
+    assert "was stopped by the user" in report
+    assert "STOPPED" in report
+    for said in ("0.25 N on link2", "attitude.damping_ratio to [0.9"):
+        assert said in report, said

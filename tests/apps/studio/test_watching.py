@@ -60,6 +60,7 @@ def test_a_file_with_a_mistake_leaves_the_flights_as_they_are(session, file):
     session.poll()
     (error,) = events(session, "error")
     assert (error["file"], error["line"]) == (str(file), 1)
+    assert error["flying"].startswith("What flies is still.py as it was at ")
     assert session.live.flights == flights
     assert session.advance(5) == 5
     session.poll()

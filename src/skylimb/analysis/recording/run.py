@@ -31,6 +31,9 @@ LOG_FILE = "log.nc"
 PROBLEMS = "problems"
 """Of a run's metrics: why a user's metric has no number, by the metric's name."""
 
+STOPPED = "STOPPED"
+"""Status of a flight that its experiment has stopped (`stop_at`): it is scored as far as it flew."""
+
 _OWN_ATTRIBUTES = ("format", "name", "metrics")
 
 
@@ -64,18 +67,23 @@ class Run:
 
     @property
     def status(self) -> str:
-        """OK, or FAILED for a flight that ended before its time."""
+        """OK; STOPPED where the experiment has it stopped (`stop_at`); FAILED where it ended before that."""
         return str(self.log.attrs.get("status", "OK"))
 
     @property
     def cause(self) -> str:
-        """Why a failed flight failed, in one line; empty for one that did not."""
+        """Why a flight ended before its time, in one line; empty for one that did not."""
         return str(self.log.attrs.get("cause", ""))
 
     @property
     def failed(self) -> bool:
-        """Whether the status is anything but OK."""
-        return self.status != "OK"
+        """Whether it ended before its time, and nobody wanted that."""
+        return self.status not in ("OK", STOPPED)
+
+    @property
+    def stopped(self) -> bool:
+        """Whether it was stopped on purpose; it is scored as far as it flew, and not judged."""
+        return self.status == STOPPED
 
     @property
     def done(self) -> bool | None:

@@ -82,19 +82,18 @@ def render_report(
         seed=first.log.attrs.get("seed"),
         axes=axes,
         facts=_facts(config),
-        columns=[
-            (palette.label(name), palette.colours(runs)[name], run.failed) for name, run in runs.items()
-        ],
+        columns=[(palette.label(name), palette.colours(runs)[name], run) for name, run in runs.items()],
         groups=groups,
         failures=[
             (palette.label(name), run.cause or "no cause was recorded")
             for name, run in runs.items()
             if run.failed
         ],
+        stopped=[(palette.label(name), run.cause) for name, run in runs.items() if run.stopped],
         missed=[
             (palette.label(name), run.missed) for name, run in runs.items() if run.missed and not run.failed
         ],
-        finished=sum(not run.failed for run in runs.values()),
+        finished=sum(run.status == "OK" for run in runs.values()),
         total=len(runs),
         transitions=[
             (palette.label(name), contact_transitions(run.log))

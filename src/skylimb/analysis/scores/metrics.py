@@ -40,7 +40,7 @@ def metrics(log: xr.Dataset) -> dict[str, Any]:
     numbers = numbers_of(run, [each for each in METRICS if not each.on_demand])
     found: dict[str, Any] = {
         "status": run.status,
-        **({"cause": run.cause} if run.failed else {}),
+        **({"cause": run.cause} if run.cause else {}),
         **{key: numbers.get(key) for key in NUMERIC_KEYS},
         "missed": [],
         "checks": {},

@@ -40,9 +40,10 @@ def verdict(run: Run, scores: Iterable[Score]) -> dict[str, Any]:
         scores: those with a tolerance are judged, in this order.
 
     Returns:
-        `done`: None where nothing could be judged. `missed`: what was missed and by how much, in words.
-        `checks`: by the tolerance's name, or the score's where another is held to the same: `value` (in the
-        tolerance's unit), `tolerance`, and whether it is `kept`.
+        `done`: None where nothing could be judged, or the flight was stopped on purpose. `missed`: what was
+        missed and by how much, in words. `checks`: by the tolerance's name, or the
+        score's where another is held to the same: `value` (in the tolerance's unit), `tolerance`, and whether
+        it is `kept`.
     """
     known = json.loads(run.log.attrs.get("tolerances", "{}"))
     missed, checks = list(run.metrics.get("missed", ())), dict(run.metrics.get("checks", {}))
@@ -54,6 +55,8 @@ def verdict(run: Run, scores: Iterable[Score]) -> dict[str, Any]:
     if run.failed:
         lost = bool(held) or run.metrics.get("done") is False
         return {"done": False if lost else None, "missed": ["the flight was lost"] * lost, "checks": checks}
+    if run.stopped:
+        return {"done": None, "missed": [], "checks": checks}
     for score, tolerated, stated in held:
         value = run.metrics.get(score.name)
         if value is None or (tolerance := tolerated.of(run)).per == 0.0:

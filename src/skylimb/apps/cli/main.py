@@ -111,7 +111,7 @@ def _heard_as_ctrl_c(number: int, heard: list[int]) -> Iterator[None]:
     def stop(number: int, frame: FrameType | None) -> None:
         del frame
         heard.append(number)
-        raise KeyboardInterrupt
+        raise KeyboardInterrupt(signal.Signals(number).name)
 
     before = signal.signal(number, stop)
     try:

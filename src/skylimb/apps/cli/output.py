@@ -191,6 +191,8 @@ def verdicts(runs: Mapping[str, Run]) -> None:
     for name, run in runs.items():
         if run.failed:
             print(f"{name} FAILED: {run.cause}")
+        elif run.stopped:
+            print(f"{name} {run.cause}; scored as far as it flew")
         elif run.missed:
             print(f"{name} was not done as commanded: {'; '.join(run.missed)}")
 

@@ -25,7 +25,9 @@ def studio(
     out: Annotated[str, arg("Folder for all that is kept.", "DIR")] = "out/studio",
     host: Annotated[str, arg("Where to listen; others reach any but 127.0.0.1.", "ADDRESS")] = "127.0.0.1",
     port: Annotated[int, arg("Port to listen on; 0 for a free one.", "N")] = 0,
-    token: Annotated[str, arg("Word that the address has to have; 'new' makes one up.", "WORD")] = "",
+    token: Annotated[
+        str, arg("Word that the address has to have; 'new' makes one up, 'none' asks for none.", "WORD")
+    ] = "new",
     browser: Annotated[bool, arg("Whether to open the page in a browser.")] = True,
 ) -> None:
     """Fly live in the browser: poke the robot, move the surface, turn gains.
@@ -37,7 +39,7 @@ def studio(
         skylimb studio
         skylimb studio paper --controller hybrid pid       two beside each other
         skylimb studio --controller my_controller.py      flown anew whenever the file is saved
-        skylimb studio --host 0.0.0.0 --token new         for others, who need the whole address
+        skylimb studio --host 0.0.0.0                     for others, who need the whole address
     """
     from skylimb.apps.studio.server_access import checked_token
 

@@ -21,6 +21,28 @@ IN_FLIGHT, RESTART = "in flight", "restart"
 PREFIX = "controller."
 """What the keys of gains begin with."""
 
+_GROUPS = {
+    "controller.contact": "Contact and force",
+    "controller.translation": "Motion in space",
+    "controller.attitude": "Attitude",
+    "controller.shape": "Arm",
+    "controller.allocation": "Thrusts and rotor angles",
+    "controller.estimation": "What the controller estimates",
+    "trajectory": "The path",
+    "surface": "The surface",
+    "approach": "Going to the surface",
+    "phases": "How long each phase takes",
+    "posture": "The arm's posture",
+    "sensors": "Sensors",
+    "plant": "The simulated robot",
+    "excitation": "Excitation",
+    "supervisor": "Supervisor",
+    "terminations": "When a flight is lost",
+    "tolerances": "What counts as done",
+}
+"""What tables of keys are called, in the order in which a page has them; all others are named last."""
+_OTHERS = "The experiment"
+
 _LEFT_OUT = ("events", "recorded", "controller")
 _NOT_TO_TURN = ("name", "description", "stop_at")
 
@@ -31,12 +53,15 @@ def controls_of(flights: Sequence[LiveFlight]) -> list[dict[str, Any]]:
     Their values are those of take-off; `live_state` has what becomes of them.
 
     Returns:
-        For each: `key`, `unit`, `meaning`, `low` and `high` (None without an end), `value`, `kind` (number,
-        switch, choice, vector or text), `whole` (of a number), `choices`, `acts` (`IN_FLIGHT` or `RESTART`).
+        For each: `key`, `group` in words, `unit`, `meaning`, `low` and `high` (None without an end), `value`,
+        `kind` (number, switch, choice, vector or text), `whole` (of a number), `choices`, `acts` (`IN_FLIGHT`
+        or `RESTART`).
         Gains, whose keys begin with "controller.", also have `flights`, the numbers of those that have it,
         and `values`, one for each of them.
     """
-    return [*_of_experiment(flights[0]), *_of_controllers(flights)]
+    order = [*_GROUPS.values(), _OTHERS]
+    found = [*_of_experiment(flights[0]), *_of_controllers(flights)]
+    return sorted(found, key=lambda control: order.index(control["group"]))
 
 
 def values_of(control: Mapping[str, Any]) -> list[tuple[int | None, Any]]:
@@ -85,6 +110,9 @@ def _control(
     kind = _kind(info, value, choices)
     return {
         "key": key,
+        "group": next(
+            (title for table, title in _GROUPS.items() if f"{key}.".startswith(f"{table}.")), _OTHERS
+        ),
         "unit": info.unit,
         "meaning": info.meaning,
         "low": _end(numbers.low if numbers.low is not None else numbers.above) if numbers else None,

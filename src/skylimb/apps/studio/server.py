@@ -35,6 +35,9 @@ SOCKET = "/socket"
 MOST_PAGES = 16
 """Pages that may be connected at once."""
 
+FAREWELL = 1.0
+"""Seconds that pages are given to hear the last words."""
+
 Obey = Callable[[Any], bool]
 """Takes a checked command; false where too many wait."""
 
@@ -108,6 +111,9 @@ class StudioServer:
         )
 
     async def _close(self) -> None:
+        until = time.monotonic() + FAREWELL
+        while any(page.texts for page in self._seats.pages) and time.monotonic() < until:
+            await asyncio.sleep(0.01)
         self._server.close()
         await self._server.wait_closed()
         self._loop.stop()
@@ -129,7 +135,7 @@ class StudioServer:
         host, path = request.headers.get("Host"), urlsplit(request.path).path
         if not self.access.knows_host(host):
             return http.HTTPStatus.FORBIDDEN, b"This is not the studio's address.\n"
-        if path not in PUBLIC and not self.access.has_token(request.path):
+        if path not in PUBLIC and not self.access.may_watch(request.path):
             return http.HTTPStatus.FORBIDDEN, b"The address needs the studio's token.\n"
         if path != SOCKET:
             return None
@@ -143,7 +149,7 @@ class StudioServer:
         """One page, from its connection to its end."""
         path = connection.request.path if connection.request else ""
         name = parse_qs(urlsplit(path).query).get("page", [""])[0]
-        page = Page(name[:64] or f"page {id(connection)}")
+        page = Page(name[:64] or f"page {id(connection)}", self.access.may_drive(path))
         self._seats.enter(page)
         self._greet(page)
         self._tell_who_drives()
@@ -178,6 +184,8 @@ class StudioServer:
             page.news.set()
         elif not page.bucket.take():
             self._refuse(page, "too many messages; some are not obeyed")
+        elif not page.may_drive:
+            self._refuse(page, "this page has the address for watching only")
         elif isinstance(command, messages.TakeOver):
             self._seats.take(page)
             self.obey(messages.Release())
@@ -230,7 +238,8 @@ class StudioServer:
     def _tell_who_drives(self) -> None:
         watchers = len(self._seats.pages) - 1
         for page in self._seats.pages:
-            self._tell(page, "seats", {"drives": self._seats.drives(page), "others": watchers})
+            seat = {"drives": self._seats.drives(page), "others": watchers, "may_drive": page.may_drive}
+            self._tell(page, "seats", seat | ({"watch": self.access.watching_url} if page.may_drive else {}))
 
     def _tell(self, page: Page, event: str, content: dict[str, Any]) -> None:
         # NumPy's numbers become Python's; a number that is none becomes null.

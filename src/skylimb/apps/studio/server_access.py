@@ -9,7 +9,7 @@ from __future__ import annotations
 import hmac
 import ipaddress
 import secrets
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from urllib.parse import parse_qs, urlsplit
 
@@ -50,17 +50,27 @@ class Access:
         host: an address or a name of this machine.
         port: as bound.
         token: empty where none is needed.
+        watch: another one, with which a page may only watch.
     """
 
     host: str
     port: int
     token: str
+    watch: str = field(default_factory=lambda: secrets.token_urlsafe(16))
 
     @property
     def url(self) -> str:
         """What to open in a browser."""
+        return self._url(self.token)
+
+    @property
+    def watching_url(self) -> str:
+        """What to open in order to watch; empty where everybody may drive."""
+        return self._url(self.watch) if self.token else ""
+
+    def _url(self, token: str) -> str:
         host = f"[{self.host}]" if ":" in self.host else self.host
-        return f"http://{host}:{self.port}/" + (f"?token={self.token}" if self.token else "")
+        return f"http://{host}:{self.port}/" + (f"?token={token}" if token else "")
 
     def knows_host(self, host: str | None) -> bool:
         """Whether a request's Host header is a name under which the studio listens."""
@@ -79,26 +89,34 @@ class Access:
         """Whether a page came from here; a browser always says where from."""
         return bool(origin) and self.knows_host(host) and origin == f"http://{host}"
 
-    def has_token(self, path: str) -> bool:
+    def may_drive(self, path: str) -> bool:
         """Whether the address has the right token, compared in constant time."""
-        given = parse_qs(urlsplit(path).query).get("token", [""])[0]
-        return not self.token or hmac.compare_digest(given.encode(), self.token.encode())
+        return not self.token or _has(path, self.token)
+
+    def may_watch(self, path: str) -> bool:
+        """Whether the address has one of the tokens."""
+        return self.may_drive(path) or _has(path, self.watch)
+
+
+def _has(path: str, token: str) -> bool:
+    given = parse_qs(urlsplit(path).query).get("token", [""])[0]
+    return hmac.compare_digest(given.encode(), token.encode())
 
 
 def checked_token(host: str, token: str) -> str:
-    """The token for a host; `new` stands for one made up.
+    """The token for a host; `new` stands for one made up, `none` for none.
 
     Raises:
         ConfigError: for an address that others can reach without a token, or for a short one.
     """
+    token = {"new": secrets.token_urlsafe(16), "none": ""}.get(token, token)
     if host not in LOOPBACK and not token:
-        raise ConfigError(
-            f"--host = '{host}' can be reached by others: add --token new, or a word of your own"
-        )
-    token = secrets.token_urlsafe(16) if token == "new" else token
+        raise ConfigError(f"--host = '{host}' can be reached by others: not with --token none")
     plain = all(letter.isascii() and (letter.isalnum() or letter in "-_") for letter in token)
     if token and (len(token) < _SHORTEST_TOKEN or not plain):
-        raise ConfigError(f"--token needs at least {_SHORTEST_TOKEN} letters, digits, '-' or '_'")
+        raise ConfigError(
+            f"--token needs at least {_SHORTEST_TOKEN} letters, digits, '-' or '_'; or is 'new' or 'none'"
+        )
     return token
 
 

@@ -46,6 +46,7 @@ class Page:
 
     Attributes:
         name: it keeps it over a reload, so that it comes back to its seat.
+        may_drive: whether its address lets it do more than watch.
         texts: events that it has yet to be sent.
         bucket: lets its messages through.
         refusals: lets through what it is told of refused ones.
@@ -56,6 +57,7 @@ class Page:
     """
 
     name: str
+    may_drive: bool = True
     texts: deque[str] = field(default_factory=lambda: deque(maxlen=200))
     news: asyncio.Event = field(default_factory=asyncio.Event)
     bucket: TokenBucket = field(default_factory=lambda: TokenBucket(rate=200.0, burst=400.0))
@@ -85,7 +87,7 @@ class Seats:
         self.pages.append(page)
         if page.name == self._driver:
             self._left = None
-        elif not self._driver or self.seat_is_free:
+        elif page.may_drive and (not self._driver or self.seat_is_free):
             self.take(page)
 
     def leave(self, page: Page) -> bool:
@@ -111,9 +113,10 @@ class Seats:
 
     def give_free_seat(self) -> bool:
         """Let the longest connected page drive where the seat is free; whether that changed anything."""
-        if not self.seat_is_free or not self.pages:
+        waiting = [page for page in self.pages if page.may_drive]
+        if not self.seat_is_free or not waiting:
             return False
-        self.take(self.pages[0])
+        self.take(waiting[0])
         return True
 
 

@@ -7,7 +7,6 @@ import sys
 import threading
 import webbrowser
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -59,6 +58,8 @@ def serve(
     with StudioServer(host, port, token) as server:
         url = server.access.url
         print(f"skylimb studio: {url}  (Ctrl-C ends it)", flush=True)
+        if server.access.watching_url:
+            print(f"to watch only:  {server.access.watching_url}", flush=True)
         if browser:
             threading.Thread(target=webbrowser.open, args=(url,), daemon=True).start()
         try:
@@ -69,9 +70,13 @@ def serve(
             with recording(out / "live") as recorder:
                 session = Session(experiment, controllers, settings, seed, out, recorder)
                 sys.setswitchinterval(_SWITCH_INTERVAL)
-                with suppress(KeyboardInterrupt):
+                try:
                     flight_of(server, session).run()
-            print()
+                except KeyboardInterrupt as stop:
+                    asked = bool(stop.args)  # the system asks for the end: nobody could keep the flight
+                    folder = str(session.keep().folder) if asked else ""
+                    server.say("farewell", {"folder": folder})
+                    print(f"\nThe studio has ended{folder and f'; the flight is kept in {folder}'}.")
         except KeyboardInterrupt:
             print()
 

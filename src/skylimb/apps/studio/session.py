@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -88,6 +89,7 @@ class Session:
         """Take off anew; what cannot be flown raises, and leaves everything as it was."""
         self.live = live = LiveFlights(setup)
         self._was_over = False
+        self._begun = datetime.now()
         for number, flight in enumerate(live.flights, 1):
             if self._recorder is not None:
                 flight.record(self._recorder.beside(str(number)))
@@ -351,7 +353,9 @@ class Session:
             self._tell("error", text=FULL)
         edited = [path.name for path in self._watcher.changed()]
         if edited:
-            self._try(None, lambda: self._begin_again(self._setup_now(), f"{', '.join(edited)} was edited"))
+            names = ", ".join(edited)
+            flying = f"What flies is {names} as it was at {self._begun:%H:%M:%S}."
+            self._try(None, lambda: self._begin_again(self._setup_now(), f"{names} was edited"), flying)
 
     # How it is done.
 
@@ -359,12 +363,18 @@ class Session:
         """What is flown, with the gains as they have become."""
         return replace(self.live.setup, gains=self.live.gains())
 
-    def _try(self, flight: int | None, act: Callable[[], object]) -> None:
-        """Do something that runs the user's code; what goes wrong there is an event, and ends nothing."""
+    def _try(self, flight: int | None, act: Callable[[], object], flying: str = "") -> None:
+        """Do something that runs the user's code; what goes wrong there is an event, and ends nothing.
+
+        Args:
+            flight: that does it; None for all.
+            act: what is done.
+            flying: what goes on flying when it goes wrong.
+        """
         try:
             act()
         except SkylimbError as error:
-            what: dict[str, Any] = {} if flight is None else {"flight": flight}
+            what: dict[str, Any] = {"flying": flying} if flight is None else {"flight": flight}
             if place := place_of(error):  # in a file of the user's
                 what |= {"file": place.file, "line": place.line}
             self._tell("error", text=str(error), **what)

@@ -70,6 +70,28 @@ def test_the_token_opens(run_studio: Callable[..., Any], tmp_path: Path) -> None
             assert page.event("hello")["scene"]["experiment"] == "free_flight"
 
 
+def test_an_address_for_watching_lets_nobody_drive(run_studio: Callable[..., Any], tmp_path: Path) -> None:
+    with run_studio(tmp_path, token="sesame-sesame") as studio:
+        watching = studio.server.access.watching_url
+        watch = watching.partition("token=")[2]
+        assert len(watch) >= 16
+        with (
+            studio.page("watcher", token=watch) as watcher,
+            studio.page("owner", token="sesame-sesame") as owner,
+        ):
+            seat = watcher.event("seats")
+            assert not seat["drives"]
+            assert not seat["may_drive"]
+            assert "watch" not in seat
+            assert owner.event("seats")["watch"] == watching
+            watcher.event("hello")
+            for what in ("take over", "restart", "undo"):
+                watcher.say(what)
+                assert "watching only" in watcher.event("refused")["text"]
+                time.sleep(1.1)  # of many refusals only some are said
+            assert owner.state_where(lambda state: state["undo"] is None)
+
+
 def test_frames_come_and_the_time_goes_on(studio: Any) -> None:
     with studio.page() as page:
         hello = page.event("hello")

@@ -63,7 +63,8 @@ def test_the_past_is_thinned_and_forgets_what_was_rewound() -> None:
 @pytest.mark.parametrize(
     ("host", "token", "said"),
     [
-        ("0.0.0.0", "", "--token new"),
+        ("0.0.0.0", "none", "not with --token none"),
+        ("0.0.0.0", "", "can be reached by others"),
         ("127.0.0.1", "short", "at least 8"),
         ("::1", "with space 123", "letters"),
     ],
