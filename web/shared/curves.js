@@ -4,6 +4,8 @@ const HUES = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", 
 const DASHES = { reference: [6, 4], command: [4, 3], limit: [2, 3] };
 const COMMON = ["reference", "limit"]; // the same for all flights
 
+export const hueOf = (number) => HUES[number % HUES.length];
+
 /** The curves of one flight in the panel of a title: all where it is alone, else those that compare it. */
 export function curvesOf({ panels, name, colour }, title, alone, first) {
   const panel = panels.find((one) => one.title === title);
@@ -15,7 +17,7 @@ export function curvesOf({ panels, name, colour }, title, alone, first) {
     .filter((curve) => alone || first || !COMMON.includes(curve.role))
     .map((curve) => {
       const kin = curve.label.replace(/ command$/, "");
-      if (curve.role === "truth" && !hues.has(kin)) hues.set(kin, HUES[hue++ % HUES.length]);
+      if (curve.role === "truth" && !hues.has(kin)) hues.set(kin, hueOf(hue++));
       const plain = { reference: "#8a8a8a", limit: "#8a8a8a", estimate: "#E69F00" }[curve.role];
       return {
         unit: panel.unit,

@@ -74,7 +74,7 @@ class Studio {
     const { state } = this;
     this.transport.apply(state);
     if (state.scene !== this.number) return this.shell.status();
-    for (const part of [this.controls, this.surfaceTool, this.timeline, this.shell]) part.apply(state);
+    for (const part of [this.controls, this.surfaceTool, this.timeline, this.charts, this.shell]) part.apply(state);
   }
 
   note(text, kind) {

@@ -1,6 +1,6 @@
 // The frames of the flight so far: for the charts, and to look back.
 
-const MOST = 12000; // frames that are kept: four minutes at the least
+const MOST = 9000; // frames that are kept: three minutes at the least
 
 export class Past {
   constructor() { this.frames = []; }

@@ -5,7 +5,7 @@ import { Marks } from "../shared/events.js";
 
 const STEP = 0.1, LONG = 1, PAGE = 5; // s by which a key moves
 const PERIOD = 250; // ms between two looks at where the pen touched
-const ROWS = 5; // of branches that are shown, the newest
+const ROWS = 4; // of branches that are shown, the newest
 
 export class Timeline {
   constructor(studio, holder) {

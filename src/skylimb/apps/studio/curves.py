@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
@@ -9,6 +10,10 @@ import numpy as np
 
 from skylimb.analysis.scores.signals import Direction
 from skylimb.apps.studio.live_flight import LiveFlight
+from skylimb.base.signal_table import SIGNALS
+from skylimb.base.signals import Signal
+from skylimb.control.contact_machine import STATES
+from skylimb.control.controller import controller_signals
 
 
 class Moment(NamedTuple):
@@ -19,14 +24,18 @@ class Moment(NamedTuple):
         force: contact force on the robot, smoothed, W, N.
         estimate: the external force as the controller knows it, smoothed, W, N; NaN without one.
         cog: true centre of gravity, W, m.
+        tip: true place of the tip, W, m.
         reference: position of the centre of gravity that the mission asks for, W, m.
+        path: place of the tip that the mission asks for, W, m.
     """
 
     signals: dict[str, np.ndarray]
     force: np.ndarray
     estimate: np.ndarray
     cog: np.ndarray
+    tip: np.ndarray
     reference: np.ndarray
+    path: np.ndarray
 
 
 class Curve(NamedTuple):
@@ -38,11 +47,12 @@ class Curve(NamedTuple):
 
 
 class Panel(NamedTuple):
-    """Curves over one axis, with its title and unit."""
+    """Curves over one axis, with its title and unit; `names` are those of whole numbers on the axis."""
 
     title: str
     unit: str
     curves: list[Curve]
+    names: tuple[str, ...] = ()
 
     def described(self, column: int) -> dict[str, Any]:
         """The panel as a page takes it; its curves stand in the columns from `column` on."""
@@ -50,39 +60,99 @@ class Panel(NamedTuple):
             {"label": curve.label, "role": curve.role, "seen": "both", "column": column + k}
             for k, curve in enumerate(self.curves)
         ]
-        return {"title": self.title, "unit": self.unit, "curves": rows}
+        return {"title": self.title, "unit": self.unit, "curves": rows, "names": self.names}
 
 
 def panels_of(flight: LiveFlight, axes: Sequence[Direction]) -> list[Panel]:
-    """The panels of a flight.
+    """The panels of a flight, the task first.
 
     Args:
         flight: that is shown.
         axes: the directions of errors; the last one is that of the contact.
     """
     slices = flight.slices
+    along = [
+        Curve(f"along {axis}", "truth", lambda m, a=axis.vector: 1e3 * float((m.tip - m.path) @ a))
+        for axis in axes[:-1]
+    ]
     errors = [
-        Curve(f"along {axis}", "truth", lambda m, a=axis.vector: float((m.cog - m.reference) @ a))
+        Curve(f"along {axis}", "truth", lambda m, a=axis.vector: 1e3 * float((m.cog - m.reference) @ a))
         for axis in axes
     ]
     toward = axes[-1].vector
-    force = [Curve("truth", "truth", lambda m: -float(m.force @ toward))]
+    force = [Curve("true", "truth", lambda m: -float(m.force @ toward))]
     if "external_force_estimate" in slices:
-        force.append(Curve("estimate", "estimate", lambda m: -float(m.estimate @ toward)))
+        force.append(Curve("felt", "estimate", lambda m: -float(m.estimate @ toward)))
     for name in ("contact_force_target", "contact_force_reference"):
         if name in slices:
-            force.append(Curve("reference", "reference", _entry(name)))
+            force.append(Curve("wanted", "reference", _entry(name)))
             break
-    contact = [Curve("touching", "truth", _entry("contact_duty"))]
+    contact = Panel(
+        "Contact", "", [Curve("touching", "truth", _entry("contact_duty"))], ("in the air", "touching")
+    )
     if "contact_state" in slices:
-        contact.append(Curve("state", "estimate", _entry("contact_state")))
+        contact = Panel("Contact", "", [Curve("state", "truth", _entry("contact_state"))], STATES)
     return [
-        Panel("Position error", "m", errors),
+        Panel("Pen to path", "mm", along),
         Panel("Pressing force", "N", force),
+        contact,
+        Panel("Attitude", "deg", list(_attitude(flight))),
         Panel("Thrust", "N", list(_thrusts(flight))),
+        Panel("Centre of gravity error", "mm", errors),
         *_angles(flight),
-        Panel("Contact", "", contact),
     ]
+
+
+def described_signals(flight: LiveFlight) -> list[dict[str, Any]]:
+    """All signals of a flight's rows, under the names of the log.
+
+    Returns:
+        For each: `name`, `unit`, `meaning`, `labels` of its entries, and the `column` of the first one.
+    """
+    controller, description = flight.takeoff.controller, flight.takeoff.robot.description
+    declared = controller_signals(controller)
+    entries = {
+        "axis": "xyz",
+        "quaternion": "wxyz",
+        "rotor": [rotor.name for rotor in description.rotors],
+        "joint": description.shape_joints,
+        "vectoring": description.vectoring_joints,
+    }
+    found = []
+    for name, part in flight.slices.items():
+        known, own = SIGNALS.get(name), declared.get(name, Signal())
+        unit, meaning = (known.units, known.long_name) if known else (own.unit, own.meaning)
+        width = part.stop - part.start
+        labels = list(entries.get(known.dims[0], ())) if known and known.dims else []
+        labels = labels if len(labels) == width else [str(k + 1) for k in range(width)]
+        found.append(
+            {
+                "name": name,
+                "unit": unit,
+                "meaning": meaning,
+                "labels": labels if width > 1 else [""],
+                "column": part.start,
+            }
+        )
+    return found
+
+
+def _attitude(flight: LiveFlight) -> Iterator[Curve]:
+    """Roll and pitch with where they are to be, and how far yaw is from there: it may be anything."""
+    known, wanted = "attitude_estimate", "attitude_target"
+    if known not in flight.slices:
+        return
+    for i, name in enumerate(("roll", "pitch")):
+        yield Curve(name, "truth", lambda m, i=i: math.degrees(m.signals[known][i]))
+        if wanted in flight.slices:
+            yield Curve(f"{name} command", "command", lambda m, i=i: math.degrees(m.signals[wanted][i]))
+    if wanted in flight.slices:
+        turn = 2.0 * math.pi
+        yield Curve(
+            "yaw from its command",
+            "truth",
+            lambda m: math.degrees(math.remainder(m.signals[known][2] - m.signals[wanted][2], turn)),
+        )
 
 
 def _angles(flight: LiveFlight) -> Iterator[Panel]:

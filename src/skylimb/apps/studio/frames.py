@@ -11,10 +11,9 @@ from skylimb.analysis.figures.scene import LIFT, dashes, eye_and_target, load_mo
 from skylimb.analysis.scores.signals import direction
 from skylimb.analysis.viewer.packing import packed
 from skylimb.analysis.viewer.shapes import OUT_OF_SIGHT, meshes, shapes_with_surface, thrust_sites
-from skylimb.apps.studio.curves import Moment, panels_of
+from skylimb.apps.studio.curves import Moment, described_signals, panels_of
 from skylimb.apps.studio.live_flight import LiveFlight
 from skylimb.base.rotations import quaternion_from_rotation
-from skylimb.control.contact_machine import STATES
 from skylimb.simulation.robot_bodies import TIP_SITE
 from skylimb.simulation.surface_state import state_of
 from skylimb.simulation.surfaces.geom import BODY
@@ -79,7 +78,7 @@ class FlightView:
             },
             "camera": eye_and_target(camera),
             "panels": [panel.described(int(k)) for panel, k in zip(self._panels, columns, strict=False)],
-            "contact_states": list(STATES),
+            "signals": described_signals(self._flight),
         }
 
     def _surface_pose(self, tick: int) -> tuple[np.ndarray, bool]:
@@ -109,13 +108,15 @@ class FlightView:
         estimate = np.full(3, np.nan)
         if "external_force_estimate" in slices:
             estimate = recent[:, slices["external_force_estimate"]].mean(axis=0)
-        mission = flight.takeoff.mission
+        mission, at = flight.takeoff.mission, flight.mission_tick(ticks)
         moment = Moment(
             signals,
             force,
             estimate,
             data.subtree_com[self._root],
-            mission.reference.position[flight.mission_tick(ticks)],
+            data.site_xpos[self._tip],
+            mission.reference.position[at],
+            mission.reference.tip_position[at],
         )
         pose, present = self._surface_pose(ticks - 1)
         over = flight.over and ticks == flight.ticks
@@ -137,6 +138,7 @@ class FlightView:
             "present": np.array([float(present)]),
             "touching": signals["contact_duty"],
             "curves": np.array(curves),
+            "signals": rows[-1],
         }
 
     def _nominal(self) -> dict[str, Any]:

@@ -14,7 +14,7 @@ import pytest
 from playwright import sync_api
 
 import skylimb
-from chromium import PAINTED, chromium, needs_chromium, silent_page
+from chromium import PAINTED, chromium, needs_chromium, serious, silent_page
 from failing_controller import save_failing_controller
 from flown_state import flown_gain
 from of_kind import of_kind
@@ -366,6 +366,62 @@ def test_everything_is_named_and_can_be_reached_by_keyboard(page: sync_api.Page)
     page.keyboard.press("2")
     assert page.get_by_role("radio", name="Poke").get_attribute("aria-checked") == "true"
     page.keyboard.press("1")
+
+
+def test_a_signal_of_the_log_is_charted_zoomed_and_exported(page: sync_api.Page, studio: Any) -> None:
+    until(page, "skylimbStudio.past.end > 1.0")
+    flight = studio.session.live.flights[0]
+    search = page.get_by_label("Add a signal's chart")
+    search.click()
+    page.keyboard.type("thrusts command")
+    page.get_by_role("button", name="thrusts_command").click()
+    chart = page.get_by_role("figure", name="thrusts command (N)")
+    chart.scroll_into_view_if_needed()
+    page.get_by_role("button", name="Pause").click()
+    wait_for(lambda: studio.flight.paused)
+    until(page, "skylimbStudio.state.paused")
+    with page.expect_download() as told:
+        chart.get_by_role("button", name="as a table").click()
+    head, *rows = told.value.path().read_text().splitlines()
+    assert head == '"t (s)","rotor1 (N)","rotor2 (N)","rotor3 (N)","rotor4 (N)"'
+    commands = flight.recent[:, flight.slices["thrusts_command"]]
+    for row in (rows[0], rows[len(rows) // 2]):
+        time_, *thrusts = map(float, row.split(","))
+        tick = round(time_ / studio.session.live.period)
+        np.testing.assert_allclose(thrusts, commands[tick - 1], rtol=1e-6)
+    with page.expect_download() as told:
+        chart.get_by_role("button", name="as a picture").click()
+    assert told.value.path().read_bytes().startswith(b"\x89PNG")
+    box = chart.locator(".u-over").bounding_box()
+    assert box is not None
+    page.mouse.move(box["x"] + 0.2 * box["width"], box["y"] + 30)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 0.6 * box["width"], box["y"] + 30, steps=4)
+    page.mouse.up()
+    low, high = page.evaluate("skylimbStudio.charts.zoomed")
+    assert 0.0 < low < high
+    assert "N" in chart.locator(".u-value").nth(1).inner_text()  # the cursor's value, with its unit
+    page.get_by_role("button", name="Follow the flight").click()
+    assert page.evaluate("skylimbStudio.charts.zoomed") is None
+    chart.get_by_role("button", name="keep in front").click()
+    page.reload()
+    page.wait_for_selector("body[data-ready]")
+    assert page.locator("#charts figure").first.get_attribute("aria-label") == "thrusts command (N)"
+    page.get_by_role("figure", name="thrusts command (N)").get_by_role("button", name="close").click()
+    page.get_by_role("button", name="Go on", exact=True).click()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_has_nothing_serious_to_say(page: sync_api.Page, scheme: Any) -> None:
+    page.emulate_media(color_scheme=scheme)
+    for tab in ("Gains", "Poke", "Surface", "Draw", "Scores", "Keep"):
+        page.get_by_role("tab", name=tab).click()
+        assert serious(page) == []
+    page.keyboard.press("Shift+?")
+    page.get_by_role("dialog").wait_for()
+    assert serious(page) == []
+    page.keyboard.press("Escape")
+    page.emulate_media(color_scheme="light")
 
 
 @pytest.mark.parametrize("width", [360, 768, 1600])
