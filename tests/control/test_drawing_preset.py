@@ -17,6 +17,7 @@ from skylimb.control.contact import drawing
 from skylimb.control.contact_machine import RETREAT, SETTLE, SLIDE
 from skylimb.control.controller import load_controller
 from skylimb.control.missions.reference import zero_reference
+from skylimb.control.press import LOADING, UNLOADING
 
 DRAWING = {
     "trajectory.shape": "drawing",
@@ -67,6 +68,11 @@ def test_the_press_comes_and_goes_over_time(runs: dict[str, Run]) -> None:
     assert np.all(pace[resting] == 0.0)
     assert np.all(np.diff(target[resting]) <= 1e-9)
     assert target[leave] == pytest.approx(0.02, abs=0.03)
+    # All of that is commanded, and told as such.
+    reason = log.press_reason.values
+    assert reason[begin + round(0.5 / dt)] == LOADING
+    assert np.all(reason[resting] == UNLOADING)
+    np.testing.assert_allclose(log.contact_force_reference.values[resting], target[resting], atol=1e-9)
     assert np.all(target[leave + round(0.15 / dt) : leave + round(1.0 / dt)] == 0.0)
 
 

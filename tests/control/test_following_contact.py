@@ -1,6 +1,7 @@
 """The contact law of the preset `following`: where the surface leads, and how fast to go."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ from skylimb.control.contact_machine import (
 from skylimb.control.estimation.records import Start
 from skylimb.control.estimation.surface import SurfaceState, follow_surface
 from skylimb.control.needs import Needs
+from skylimb.control.press import EASED, PLAIN, SEARCHING, WAITING
 from skylimb.control.records import ContactView, LawInput
 from skylimb.robots.description import GRAVITY
 
@@ -101,6 +103,19 @@ def test_the_distances_that_ease_are_in_order() -> None:
     for wrong in ((0.04, 0.02), (0.02, 0.02)):
         with pytest.raises(ConfigError, match="ease_beyond"):
             following.Gains(ease_beyond=wrong)
+
+
+def test_it_says_why_it_presses_as_it_does(look: Any) -> None:
+    def reason(state: float, behind: float = 0.0, **gains: Any) -> float:
+        return float(
+            look(at_state(state), replace(GAINS, **gains), position=task(0.0, behind, 0.0))[1].reason
+        )
+
+    assert [reason(state) for state in (FREE, SLIDE, SETTLE, RETREAT)] == [SEARCHING, PLAIN, WAITING, PLAIN]
+    assert {reason(state) for state in (APPROACH, LOST, RECONTACT)} == {SEARCHING}
+    assert reason(SLIDE, behind=0.03, least_ease=0.2) == EASED
+    # A pen that lags by less than what eases, and one that presses on, is not eased.
+    assert reason(SLIDE, behind=0.01, least_ease=0.2) == reason(SLIDE, behind=0.03, least_ease=1.0) == PLAIN
 
 
 # ---- what the machine is shown ----

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from law_records import IN_THE_AIR
 from skylimb.base.packing import numeric
 from skylimb.base.rotations import rotation_from_rpy
-from skylimb.control.estimation.records import Start
+from skylimb.control.estimation.records import Start, Wrench
+from skylimb.control.press import EASED, PLAIN, SATURATED, SEARCHING, WAITING
 from skylimb.control.records import ArmTarget, LawInput
 from skylimb.control.translation import following
 from skylimb.robots.description import GRAVITY
@@ -43,7 +44,7 @@ def step(at: LawInput, gains: Any = GAINS, state: Any = None) -> tuple[Any, np.n
     state, force, signals = following.step(numeric(gains), state, at)
     assert list(signals) == [
         "cog_position_target", "contact_force_reference", "contact_force_target", "contact_force_integral",
-        "contact_force_integral_share", "energy_tank_share",
+        "press_reason",
     ]  # fmt: skip
     return state, force - np.array([0.0, 0.0, MASS * GRAVITY]), signals["cog_position_target"]
 
@@ -82,11 +83,27 @@ def test_it_tells_which_force_is_commanded_and_what_it_presses_with(make_inputs:
         return [float(signals[name]) for name in list(signals)[1:]]
 
     integral = 2.0 + 2.0 * (0.3 - 0.1) * DT
-    assert told(eased, 1.0) == pytest.approx([1.0, 0.3, integral, integral / 3.0, 1.0])
-    assert told(eased, 1.0, 0.125)[4] == pytest.approx(0.25)
+    assert told(eased, 1.0) == pytest.approx([1.0, 0.3, integral, PLAIN])
+    assert told(eased._replace(ramp=0.5), 1.0)[0] == 0.5
     # Searching for the surface: the force is commanded still, but nothing presses; and nothing is commanded.
-    assert told(IN_THE_AIR, 1.0) == [1.0, 0.0, 0.0, 0.0, 1.0]
-    assert told(IN_THE_AIR, 0.0)[0] == 0.0
+    searching = IN_THE_AIR._replace(reason=SEARCHING)
+    assert told(searching, 1.0) == [1.0, 0.0, 0.0, SEARCHING]
+    assert told(searching, 0.0)[0] == 0.0
+
+
+def test_it_is_saturated_where_nothing_else_is_the_reason(make_inputs: Make) -> None:
+    """By its integral, its energy, or rotors that fall short; not while it presses less by its own will."""
+
+    def reason(said: float = PLAIN, integral: float = 0.0, tank: float = 0.5, short: float = 0.0) -> float:
+        view = ENGAGED._replace(reason=said)
+        at = make_inputs(contact=view, **CALM)._replace(residual=Wrench(short * X, np.zeros(3)))
+        state = following.State(integral, tank, np.zeros(2), np.zeros(3))
+        return float(following.step(numeric(GAINS), state, at)[2]["press_reason"])
+
+    assert reason() == PLAIN
+    for limited in ({"integral": 9.0}, {"tank": 0.1}, {"short": 0.2}):
+        assert reason(**limited) == reason(WAITING, **limited) == SATURATED
+        assert reason(EASED, **limited) == EASED
 
 
 def test_everything_turns_with_the_task(make_inputs: Make) -> None:

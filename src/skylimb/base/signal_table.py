@@ -181,10 +181,7 @@ SIGNALS: dict[str, SignalInfo] = {
         _SCALAR, "N", "", "normal force that the law presses with at the moment, after easing", "command"
     ),
     "contact_force_integral": SignalInfo(_SCALAR, "N", "", "integral of the force error, as used", "command"),
-    "contact_force_integral_share": SignalInfo(
-        _SCALAR, "", "", "size of that integral as a share of its limit", "command"
-    ),
-    "energy_tank_share": SignalInfo(_SCALAR, "", "", "energy left in the tank, as a share", "command"),
+    "press_reason": SignalInfo(_SCALAR, "", "", "why the law presses as it does", "command"),
     "surface_slope_estimate": SignalInfo(
         _AXIS, "", "W", "estimated rise of the surface along the contact axis a metre of path", "estimate"
     ),

@@ -59,6 +59,8 @@ class ContactView(NamedTuple):
         tip: how far the tip's target is from its reference.
         landing: 1 from a touch on until the path goes on, then down to 0.
         own_speed: of the path at the mission's own pace, m/s, where it is not slowed down.
+        ramp: share of its force that the law commands now: less while a press comes or goes.
+        reason: why it is pressed so (`control.press`).
     """
 
     engaged: Any = ABSENT
@@ -73,6 +75,8 @@ class ContactView(NamedTuple):
     tip: TipMove = ABSENT
     landing: Any = ABSENT
     own_speed: Any = ABSENT
+    ramp: Any = ABSENT
+    reason: Any = ABSENT
 
 
 class ArmTarget(NamedTuple):

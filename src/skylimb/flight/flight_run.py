@@ -20,6 +20,7 @@ from skylimb.analysis.recording.versions import origin_versions, versions
 from skylimb.base.config import put, to_mapping
 from skylimb.base.keys import tables_of, units_of
 from skylimb.base.signals import Signal
+from skylimb.control import press
 from skylimb.control.contact_machine import REASONS, STATES
 from skylimb.control.controller import Controller, controller_signals, controller_units, resolved_tables
 from skylimb.control.loop.flight import stopped_cause
@@ -33,7 +34,7 @@ from skylimb.flight.run_files import run_files
 CONTACT_STATE, CONTACT_REASON = "contact_state", "contact_reason"
 """Signals of a controller whose contact law is a state machine."""
 
-FLAGS = {"phase": PHASES, CONTACT_STATE: STATES, CONTACT_REASON: REASONS}
+FLAGS = {"phase": PHASES, CONTACT_STATE: STATES, CONTACT_REASON: REASONS, "press_reason": press.REASONS}
 """Signals that count names."""
 
 
@@ -61,8 +62,8 @@ def flight_run(
     frame = frame or contact_frame(experiment.contact_axis)
     name = plan.controller.name
     values = dict(values)
-    for flag in (CONTACT_STATE, CONTACT_REASON):
-        if flag in values:
+    for flag in FLAGS.keys() & values.keys():
+        if flag != "phase":
             # Of a flight that diverged the last one may be no number.
             values[flag] = np.where(np.isfinite(values[flag]), values[flag], -1.0).astype(np.int8)
     said = {

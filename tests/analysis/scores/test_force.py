@@ -11,8 +11,8 @@ from skylimb.analysis.scores.force import NAMED_FROM, commanded, force_error, fo
 SLIDE = 4
 
 
-def pressed(log, wanted, force, target=None):
-    """A log whose controller commands `wanted` N, presses with `target` and reaches `force` in the slide."""
+def pressed(log, wanted, force):
+    """A log whose controller commands `wanted` N and reaches `force` in the slide."""
     sliding = log.phase.values == SLIDE
     touching = log.contact.values > 0
 
@@ -20,8 +20,7 @@ def pressed(log, wanted, force, target=None):
         return ("time",), np.where(sliding, value, 0.0)
 
     log = log.assign(contact_force_reference=(("time",), np.where(touching, wanted, 0.0)))
-    log = log.assign(contact_force_normal=held(force))
-    return log if target is None else log.assign(contact_force_target=held(target))
+    return log.assign(contact_force_normal=held(force))
 
 
 def errors(log):
@@ -67,41 +66,70 @@ def test_a_pen_off_the_surface_misses_the_whole_force(make_log):
     log = pressed(log, 2.0, 2.0).assign(contact_force_reference=(("time",), np.full(log.sizes["time"], 2.0)))
     log.contact_force_normal[off] = 0.0
     assert errors(log)["percent"] == pytest.approx(25.0, abs=0.1)
-    assert force_limits(log)["off_surface"] == pytest.approx(0.25, abs=1e-3)
+    assert force_limits(log)["off_surface"]["share"] == pytest.approx(0.25, abs=1e-3)
 
 
-def test_easing_has_its_share_of_the_time_and_of_the_error(make_log):
-    log = pressed(make_log(), 3.0, 2.0, target=3.0)
-    log.contact_force_target[during(log, 0.5)] = 1.2
+def reasoned(log, **shares):
+    """A log whose law says one reason after the other, each for its share of the slide."""
+    names, code, begin = ["as_commanded", *shares], np.zeros(log.sizes["time"], dtype=np.int8), 0
+    slide = np.flatnonzero(log.phase.values == SLIDE)
+    for number, share in enumerate(shares.values(), start=1):
+        end = begin + round(share * len(slide))
+        code[slide[begin:end]] = number
+        begin = end
+    flags = {"flag_values": np.arange(len(names)), "flag_meanings": " ".join(names)}
+    return log.assign(press_reason=("time", code, flags))
+
+
+def test_every_reason_has_its_share_of_the_time_and_of_the_error(make_log):
+    log = reasoned(pressed(make_log(), 3.0, 2.9), eased_for_lag=0.5, saturated=0.25)
+    log.contact_force_normal[during(log, 0.5)] = 1.2
     limits = force_limits(log)
-    assert limits["eased"] == pytest.approx(0.5, abs=1e-3)
-    assert limits["error_eased"] == pytest.approx(-0.9, abs=1e-2)
-    assert limited_by(limits) == "pressed less because the pen lagged its path 50 % of the time"
+    assert {name: round(limit["share"], 2) for name, limit in limits.items() if limit["share"]} == {
+        "eased_for_lag": 0.5, "saturated": 0.25, "none": 0.25,
+    }  # fmt: skip
+    assert limits["eased_for_lag"]["error"] == pytest.approx(-0.9, abs=1e-2)
+    assert sum(limit["error"] for limit in limits.values()) == pytest.approx(errors(log)["mean"])
+    assert limited_by(limits) == "pressed less because the pen lagged its path 50 % of the time: -0.90 N"
 
 
-def test_thrusts_integral_tank_and_friction_have_their_shares(make_log):
+def test_a_reason_never_stands_beside_an_error_that_it_worked_against(make_log):
+    """A press eased for lag is no reason for a force that is too high."""
+    log = reasoned(pressed(make_log(), 1.0, 1.5), eased_for_lag=0.4)
+    log.contact_force_normal[during(log, 0.4)] = 0.8
+    assert errors(log)["mean"] > 0.1
+    assert limited_by(force_limits(log)) == ""
+
+
+def test_a_ramp_of_the_press_is_commanded(make_log):
+    """Dashes that are loaded and unloaded as commanded have no error, and no lag is blamed."""
+    log = reasoned(pressed(make_log(), 1.0, 0.6), loading=0.3, unloading=0.3)
+    assert errors(log)["percent"] == pytest.approx(40.0)
+    assert "lagged" not in limited_by(force_limits(log))
+    log.contact_force_reference[:] = log.contact_force_normal
+    assert errors(log)["percent"] == 0.0
+
+
+def test_what_the_simulation_saw_comes_where_the_law_says_nothing(make_log):
     log = pressed(make_log(), 3.0, 2.0)
     count = log.sizes["time"]
-    thrusts, share, tank, slip = np.full((count, 4), 10.0), np.zeros(count), np.ones(count), np.ones(count)
-    thrusts[during(log, 0.1), 2] = 30.0
+    thrusts, slip = np.full((count, 4), 10.0), np.ones(count)
     thrusts[during(log, 0.3), 1] = 1.0
-    share[during(log, 0.4)] = 1.0
-    tank[during(log, 0.2)] = 0.0
-    slip[during(log, 0.6)] = 0.0
+    slip[during(log, 0.2)] = 0.0
     log = log.assign(
         thrusts_command=(("time", "rotor"), thrusts),
-        contact_force_integral_share=(("time",), share),
-        energy_tank_share=(("time",), tank),
         slip_speed=(("time",), slip),
         tip_position_reference=log.cog_position_reference,
     ).assign_attrs(thrust_limits=json.dumps([[1.0] * 4, [30.0] * 4]))
-    limits = force_limits(log)
-    found = [limits[name] for name in ("rotors", "integral", "tank", "sticking")]
-    assert found == pytest.approx([0.3, 0.4, 0.2, 0.6], abs=0.01)
-    words = limited_by(limits).split(", ")
-    assert words[0] == "stuck by friction 60 % of the time"
-    assert [word.split(" % ")[0][-2:] for word in words if "%" in word] == ["60", "40", "30", "20"]
+    shares = {name: limit["share"] for name, limit in force_limits(log).items()}
+    assert [shares[name] for name in ("sticking", "rotors", "none")] == pytest.approx(
+        [0.2, 0.1, 0.7], abs=0.01
+    )
+    told = {name: limit["share"] for name, limit in force_limits(reasoned(log, saturated=0.25)).items()}
+    assert [told[name] for name in ("saturated", "sticking")] == pytest.approx([0.25, 0.0], abs=0.01)
 
 
-def test_what_did_not_last_is_not_told():
-    assert limited_by({"eased": NAMED_FROM / 2.0, "error_eased": -1.0}) == ""
+def test_what_did_little_is_not_told():
+    part = 0.9 * NAMED_FROM
+    limits = {"eased_for_lag": {"share": 1.0, "error": -part}, "none": {"share": 0.0, "error": part - 1.0}}
+    assert limited_by(limits) == ""

@@ -40,13 +40,14 @@ def test_all_that_was_commanded_is_judged(flown):
 
 def test_a_mean_force_that_is_missed_is_told_with_its_reason(flown):
     flown.contact_force_reference[:] = 3.0
-    flown = flown.assign(contact_force_target=flown.contact_force_normal)
+    eased = {"flag_values": [0, 1], "flag_meanings": "as_commanded eased_for_lag"}
+    flown = flown.assign(press_reason=("time", np.ones(flown.sizes["time"]), eased))
     scores = metrics(flown)
     assert scores["done"] is False
     assert not scores["checks"]["force"]["kept"]
     assert scores["missed"][0] == (
         "the mean force is 1.00 of 3.00 N, 67 % off, 10 % allowed "
-        "(pressed less because the pen lagged its path 100 % of the time)"
+        "(pressed less because the pen lagged its path 100 % of the time: -2.00 N)"
     )
 
 

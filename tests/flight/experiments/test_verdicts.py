@@ -41,9 +41,10 @@ def test_a_press_of_3_newtons_is_missed_because_it_is_eased() -> None:
     assert run.done is False
     assert run.metrics["force_error_percent"] > 20.0
     limits = run.metrics["force_limits"]
-    assert limits["eased"] > 0.4
-    assert limits["error_eased"] < -0.4
-    assert max(limits["integral"], limits["tank"], limits["rotors"]) < 0.05
+    assert limits["eased_for_lag"]["share"] > 0.4
+    assert limits["eased_for_lag"]["error"] < -0.4
+    assert sum(limit["error"] for limit in limits.values()) == pytest.approx(run.metrics["force_error_mean"])
+    assert max(limits[name]["share"] for name in ("saturated", "rotors")) < 0.05
     assert "pressed less because the pen lagged its path" in run.missed[0]
     pressed_on = skylimb.run("paper", "following", set={FORCE: 3.0, "controller.contact.least_ease": 1.0})
     assert pressed_on.metrics["checks"]["force"]["kept"]

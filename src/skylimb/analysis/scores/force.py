@@ -1,7 +1,7 @@
 """How a flight pressed, how well it kept to the normal force that it was commanded, and what kept it from it.
 
-A controller that commands a force logs it as `contact_force_reference` (N, 0 while no touch is wanted), and
-what it presses with at the moment as `contact_force_target`: less where it eases the press. Errors and limits
+A controller that commands a force logs it as `contact_force_reference` (N, 0 while no touch is wanted; the
+ramp with which a press comes and goes is part of it), and why it presses as it does as `press_reason`. Errors
 are taken over the sliding period while a force is commanded. A pen that is off the surface presses with
 nothing, and that counts.
 """
@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from skylimb.analysis.recording.run import Run
 from skylimb.analysis.scores.score import FORCE, Score, Tolerance, metric
 from skylimb.analysis.scores.signals import (
     contact_axis,
+    flag_names,
     in_contact,
     in_phase,
     moving_mean,
@@ -40,15 +41,6 @@ a single sample of a stiff contact says little.
 TOUCH_TIME = 1.0
 """Seconds from the first touch on that count as the touch."""
 
-EASED = 0.98
-"""The press counts as eased where the target is below this share of the commanded force."""
-
-AT_LIMIT = 0.98
-"""Share of its limit from which the integral of the force error counts as limited."""
-
-TANK_LOW = 0.25
-"""Share of its energy below which the tank makes the integral fade."""
-
 _PATH_MOVES, _STICKS = 0.01, 0.1
 """A pen sticks that slides slower than this share of its path's speed, where that is at least so many m/s."""
 
@@ -56,22 +48,22 @@ _ROTOR_EDGE = 1e-3
 """A thrust counts as limited this close to its limit, as a share of its range."""
 
 
-class Limit(NamedTuple):
-    """Something that can keep a force from being reached: its name in the data, and in words."""
-
-    name: str
-    words: str
-
-
-LIMITS = (
-    Limit("eased", "pressed less because the pen lagged its path"),
-    Limit("off_surface", "off the surface"),
-    Limit("sticking", "stuck by friction"),
-    Limit("rotors", "a rotor at its thrust limit"),
-    Limit("integral", "the force integral at its limit"),
-    Limit("tank", "the integral faded, its energy tank nearly empty"),
-)
-"""What is looked for, in the order in which words name them."""
+WORDS = {
+    "searching": "searching the surface",
+    "off_surface": "off the surface",
+    "loading": "the press was growing after a touch",
+    "unloading": "the press was going before the pen left",
+    "eased_for_lag": "pressed less because the pen lagged its path",
+    "saturated": "the law at its limits",
+    "waiting": "waiting for a calm force",
+    "sticking": "stuck by friction",
+    "rotors": "a rotor at its thrust limit",
+    "none": "for no reason that is known",
+}
+"""Why the force is not what is commanded, in words. At each moment the first one counts that holds, in this
+order: a search, by the law's own word (`press_reason`); no touch; the law's other reasons; friction and
+rotors as the simulation saw them.
+"""
 
 
 def commanded(log: xr.Dataset) -> np.ndarray:
@@ -196,31 +188,32 @@ def force_error(run: Run) -> dict[str, float]:
     }
 
 
-def force_limits(log: xr.Dataset) -> dict[str, float]:
+def force_limits(log: xr.Dataset) -> dict[str, dict[str, float]]:
     """What kept the force from what was commanded, as data; empty where no force is commanded.
 
     Returns:
-        The share of the time in which each of `LIMITS` held, as far as the log can tell; and `error_eased`,
-        the part of the mean error that the law chose itself by pressing less (N). The rest of the mean error
-        is what it did not reach.
+        By the names of `WORDS`, as far as the log can tell: `share` of the time, and `error`, the part of the
+        mean error (N) that came up in it. Shares add up to 1, parts to the mean error.
     """
     during = commanded(log)
     if not during.any():
         return {}
-    found = {name: float(np.mean(held[during])) for name, held in _held(log).items()}
-    if "contact_force_target" in log:
-        chosen = (log.contact_force_target - log.contact_force_reference).values
-        found["error_eased"] = float(np.mean(np.where(in_contact(log), chosen, 0.0)[during]))
+    error = (log.contact_force_normal.values - log.contact_force_reference.values)[during]
+    free, found = np.ones(len(error), dtype=bool), {}
+    for name, held in _held(log).items():
+        here = free & held[during]
+        free &= ~here
+        found[name] = {"share": float(np.mean(here)), "error": float(np.mean(np.where(here, error, 0.0)))}
     return found
 
 
 def _held(log: xr.Dataset) -> dict[str, np.ndarray]:
-    """At which samples each of `LIMITS` held, (time,) each; those that the log cannot tell are left out."""
+    """At which samples each of `WORDS` held, (time,) each; those that the log cannot tell are left out."""
+    held = {name: log.press_reason.values == value for name, value in flag_names(log, "press_reason").items()}
+    held.pop("as_commanded", None)
     touching = in_contact(log)
-    held = {"off_surface": ~touching} if "contact" in log else {}
-    if "contact_force_target" in log:
-        target, wanted = log.contact_force_target.values, log.contact_force_reference.values
-        held["eased"] = touching & (target < EASED * wanted)
+    if "contact" in log:
+        held["off_surface"] = ~touching
     if {"slip_speed", "tip_position_reference"} <= set(log.variables):
         speed = np.linalg.norm(
             np.gradient(log.tip_position_reference.values, log.time.values, axis=0), axis=1
@@ -231,23 +224,24 @@ def _held(log: xr.Dataset) -> dict[str, np.ndarray]:
         low, high = np.asarray(json.loads(log.attrs["thrust_limits"]), dtype=float)
         edge, thrusts = _ROTOR_EDGE * (high - low), log.thrusts_command.values
         held["rotors"] = ((thrusts < low + edge) | (thrusts > high - edge)).any(axis=1)
-    if "contact_force_integral_share" in log:
-        held["integral"] = log.contact_force_integral_share.values > AT_LIMIT
-    if "energy_tank_share" in log:
-        held["tank"] = log.energy_tank_share.values < TANK_LOW
-    return {limit.name: held[limit.name] for limit in LIMITS if limit.name in held}
+    held["none"] = np.ones(log.sizes["time"], dtype=bool)
+    return {name: held[name] for name in WORDS if name in held}
 
 
-NAMED_FROM = 0.05
-"""Share of the time from which a limit is named in words."""
+NAMED_FROM = 0.1
+"""Part of the mean error from which its reason is named in words."""
 
 
-def limited_by(limits: Mapping[str, Any]) -> str:
-    """The limits in words, the most lasting first; empty where none lasted.
+def limited_by(limits: Mapping[str, Mapping[str, float]]) -> str:
+    """What made the mean error in words, the most of it first; what worked against it is no reason for it.
 
     Args:
         limits: as `force_limits` gives them.
     """
-    lasting = [each for each in LIMITS if limits.get(each.name, 0.0) >= NAMED_FROM]
-    lasting.sort(key=lambda each: -limits[each.name])
-    return ", ".join(f"{each.words} {100.0 * limits[each.name]:.0f} % of the time" for each in lasting)
+    whole = sum(each["error"] for each in limits.values())
+    parts = {name: each["error"] / whole for name, each in limits.items() if whole and name != "none"}
+    named = sorted((name for name in parts if parts[name] >= NAMED_FROM), key=lambda name: -parts[name])
+    return ", ".join(
+        f"{WORDS[name]} {100.0 * limits[name]['share']:.0f} % of the time: {limits[name]['error']:+.2f} N"
+        for name in named
+    )

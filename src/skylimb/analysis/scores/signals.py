@@ -19,9 +19,14 @@ ADAPTATION_THRESHOLD = 0.005
 
 def phase_names(log: xr.Dataset) -> dict[str, int]:
     """The phases that the log knows, with the number each has in the signal `phase`."""
-    if "phase" not in log:
+    return flag_names(log, "phase")
+
+
+def flag_names(log: xr.Dataset, signal: str) -> dict[str, int]:
+    """The names that a signal counts, with the number of each; none where the log lacks it."""
+    if signal not in log:
         return {}
-    attributes = log.variables["phase"].attrs
+    attributes = log.variables[signal].attrs
     values = np.atleast_1d(attributes.get("flag_values", []))
     return dict(
         zip(str(attributes.get("flag_meanings", "")).split(), (int(value) for value in values), strict=True)

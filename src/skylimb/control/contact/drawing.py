@@ -30,10 +30,11 @@ from skylimb.control.estimation.friction import (
 )
 from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.needs import Needs
+from skylimb.control.press import EASED, LOADING, UNLOADING
 from skylimb.control.records import ContactView, LawInput
 from skylimb.symbolic import clip, cross, dot, vector, where
 
-PROVIDES = (*following.PROVIDES, "contact.across", "contact.landing", "contact.own_speed")
+PROVIDES = (*following.PROVIDES, "contact.across", "contact.landing", "contact.own_speed", "contact.ramp")
 REQUIRES, OPTIONAL = following.REQUIRES, following.OPTIONAL
 
 AHEAD = 0.05
@@ -157,6 +158,10 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     # Speeds are those of the last tick's pace; divided by it, they are those of the mission's own.
     own = view.speed / clip(state.following.pace, OWN_PACE, 1.0)
     view = view._replace(landing=landing * view.engaged, own_speed=own)
+    loads = view.engaged * where(loaded < 1.0, 1.0, 0.0) * where(view.reason == EASED, 0.0, 1.0)
+    reason = where(loads > 0.5, LOADING, view.reason)
+    reason = where(where(ending > 0.0, 1.0, leaving) > 0.5, UNLOADING, reason)
+    view = view._replace(ramp=ease, reason=reason)
     view = view._replace(engaged=engaged, ease=view.ease * ease, axis_position=place, axis_velocity=velocity)
 
     path = vector(dot(u, reference.tip_velocity), dot(v, reference.tip_velocity))

@@ -40,6 +40,7 @@ from skylimb.control.estimation.surface import (
 )
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import Needs
+from skylimb.control.press import EASED, PLAIN, SEARCHING, WAITING
 from skylimb.control.records import NOTHING, ContactView, LawInput
 from skylimb.symbolic import Array, clip, cross, dot, vector, where
 
@@ -52,6 +53,7 @@ PROVIDES = (
     "contact.normal_force",
     "contact.speed",
     "contact.ease",
+    "contact.reason",
 )
 REQUIRES = ("estimate.body", "estimate.arm", "estimate.wrench", "estimate.contact_force")
 OPTIONAL = {"estimate.bias": ""}
@@ -200,9 +202,12 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     begin, end = gains.ease_beyond[0], gains.ease_beyond[1]
     ease = clip((end - behind) / (end - begin), gains.least_ease, 1.0)
 
+    reason = where(is_in(machine.state, SETTLE) > 0.5, WAITING, PLAIN)
+    reason = where(ease < 1.0, EASED, reason)
+    reason = where(is_in(machine.state, APPROACH, LOST, RECONTACT) > 0.5, SEARCHING, reason)
     view = ContactView(
         engaged, axis_position, axis_velocity, anchor, surface_velocity, normal_force, speed, ease
-    )
+    )._replace(reason=reason)
     signals = {
         "pace": pace,
         "contact_state": machine.state,

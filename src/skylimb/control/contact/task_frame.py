@@ -24,6 +24,7 @@ import numpy as np
 from skylimb.base.keys import Key, Vector3, configuration
 from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.needs import Needs
+from skylimb.control.press import LOADING, PLAIN
 from skylimb.control.records import NOTHING, ContactView, LawInput, TipMove
 from skylimb.control.task_frame import task_axes, tip_wrench
 from skylimb.control.windup import unless_short
@@ -35,6 +36,8 @@ OPTIONAL = {"residual": ""}
 
 _AXES = "along the contact axis, u and v"
 _ABOUT = "about the contact axis, u and v"
+LOADED = 0.95
+"""Share of the push from which all of it has come."""
 _HOME, _TURN_HOME = 2.0, 0.5
 """Rates at which a target goes back, and turns back, out of touch, 1/s: a body that swings back quickly while
 its face still lies on a surface throws itself off."""
@@ -151,8 +154,9 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
         engaged=touch, normal_force=-felt.force[0], tip=TipMove(place, moved, rotation, turned)
     )
     signals = {
-        "contact_force_reference": gains.force[0] * reference.wait,
+        "contact_force_reference": gains.force[0] * load * reference.wait,
         "contact_force_target": gains.force[0] * load * touch,
+        "press_reason": where(reference.wait * where(load < LOADED, 1.0, 0.0) > 0.5, LOADING, PLAIN),
         "tip_force_estimate": felt.force,
         "tip_torque_estimate": felt.torque,
         "tip_move": way,

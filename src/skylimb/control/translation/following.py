@@ -31,6 +31,7 @@ import numpy as np
 from skylimb.base.keys import Key, Vector3, configuration
 from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.needs import Needs
+from skylimb.control.press import PLAIN, SATURATED, WAITING
 from skylimb.control.records import NOTHING, LawInput
 from skylimb.control.windup import unless_short
 from skylimb.symbolic import Array, clip, cross, dot, low_pass, vector, where
@@ -49,7 +50,16 @@ REQUIRES = (
     "contact.ease",
     "arm.rate",
 )
-OPTIONAL = {"contact.across": "feed", "contact.landing": "landing_cancel", "residual": ""}
+OPTIONAL = {
+    "contact.across": "feed",
+    "contact.landing": "landing_cancel",
+    "contact.ramp": "",
+    "contact.reason": "",
+    "residual": "",
+}
+
+TANK_LOW, SHORT = 0.25, 0.05
+"""Share of the tank below which the integral fades; force that the rotors fell short by, N: both count."""
 
 
 @configuration
@@ -262,12 +272,15 @@ def _press(gains: Any, state: State, inputs: LawInput, speed: Any) -> tuple[Any,
     tank = clip(state.tank + (damper * relative - used * relative) * dt, 0.0, gains.tank)
     estimated = dot(inputs.reference.contact_axis, inputs.estimate.wrench.force)
     inertia = (1.0 / gains.press_mass_ratio - 1.0) * (estimated + wanted)
+    ramp = 1.0 if contact.ramp is None else contact.ramp
+    reason = PLAIN if contact.reason is None else contact.reason
+    limited = where(abs(integral) >= gains.force_integral_limit, 1.0, 0.0)
+    limited = where(tank < TANK_LOW * gains.tank, 1.0, where(abs(axis_residual) > SHORT, 1.0, limited))
     signals = {
-        "contact_force_reference": gains.force * inputs.reference.touch,
+        "contact_force_reference": gains.force * inputs.reference.touch * ramp,
         "contact_force_target": wanted * engaged,
         "contact_force_integral": used * engaged,
-        "contact_force_integral_share": abs(integral) / (gains.force_integral_limit + 1e-9) * engaged,
-        "energy_tank_share": where(engaged > 0.5, tank / gains.tank, 1.0),
+        "press_reason": where(limited * where(reason > WAITING, 0.0, 1.0) * engaged > 0.5, SATURATED, reason),
     }
     return (
         wanted + used + inertia - damper,

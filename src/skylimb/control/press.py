@@ -1,0 +1,13 @@
+"""Why a law presses as it does at the moment: one reason a tick, which the log holds as `press_reason`."""
+
+from __future__ import annotations
+
+REASONS = (
+    "as commanded", "searching", "waiting", "loading", "unloading", "eased for lag", "saturated",
+)  # fmt: skip
+PLAIN, SEARCHING, WAITING, LOADING, UNLOADING, EASED, SATURATED = (float(i) for i in range(len(REASONS)))
+"""Searching: there is no touch, and the surface is looked for. Waiting: the press is whole, and the path
+rests until it is calm. Loading and unloading: the commanded force itself grows after a touch, or goes before
+the pen leaves. Eased for lag: the law presses less, as the pen is behind its path. Saturated: the law asks
+for what its integral, its energy or the rotors do not give.
+"""
