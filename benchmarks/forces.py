@@ -71,7 +71,14 @@ def flown(some: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
     rows = []
     for cell, takeoff, flight in zip(some, ready, fly_native(ready), strict=True):
         found = scored(scored_run(takeoff, flight))
-        held = pressed_against_drag(takeoff.experiment, robot, needs_of(takeoff.controller), MOST).force
+        held = pressed_against_drag(
+            takeoff.experiment,
+            robot,
+            needs_of(takeoff.controller),
+            MOST,
+            takeoff.experiment.surface.friction,
+            abs(takeoff.experiment.surface.slope),
+        ).force
         rows.append(
             {
                 **cell,

@@ -7,7 +7,9 @@
 
 A force along the surface's own normal, with the drag of its friction to every side, has to leave something
 over for the flight: of flights that wanted more than 60 % of what the model holds, half were lost and most of
-the others did not keep their force (docs/reports/scores.md has the count).
+the others did not keep their force (docs/reports/scores.md has the count). Nobody knows slope and friction of
+the surface before the flight, so what is believed of them is asked: the usual friction on a surface across
+the contact axis refuses, the greatest friction and lean that are not ruled out warn.
 """
 
 from __future__ import annotations
@@ -69,8 +71,8 @@ def require_feasible(experiment: Experiment, robot: Robot, controller: Controlle
 
     The vectoring angles are those that the flight begins with, or goes through; a controller that plans them
     in flight is rehearsed. A force counts with what events make of it. One that leaves too little over is
-    refused as well: above `REFUSED_SHARE` of what can be held against slope and drag, unless
-    `approach.doubtful` is "fly". Above `DOUBTFUL_SHARE` a warning says so.
+    refused as well: above `REFUSED_SHARE` of what can be held on the surface that is believed, unless
+    `approach.doubtful` is "fly". Above `DOUBTFUL_SHARE` on the worst that is not ruled out a warning says so.
 
     Args:
         experiment: to fly.
@@ -158,29 +160,30 @@ def _require_force(robot: Robot, controller: str, needs: Needs, along: Direction
 
 
 def _require_reserve(experiment: Experiment, robot: Robot, needs: Needs) -> None:
-    friction = float(getattr(experiment.surface, "friction", 0.0))
-    if friction <= 0.0:
-        return
-    enough = needs.force / DOUBTFUL_SHARE
-    held = pressed_against_drag(experiment, robot, needs, enough)
-    if held.force >= enough:
-        return
-    refused = needs.force > REFUSED_SHARE * held.force
-    slope = float(getattr(experiment.surface, "slope", 0.0))
-    leaning = f" and a slope of {np.degrees(slope):.3g} degrees" if slope else ""
-    above = "60 % of that, flights are lost or do not keep it"
-    if not refused:
-        above = "half of that, not every preset keeps its force"
-    words = (
-        f"a force of {needs.force:g} N is {'too much' if refused else 'doubtful'}: at a friction of "
-        f"{friction:g}{leaning} {robot.name} can hold about {held.force:.1f} N at rest while the pen is "
-        f"dragged to every side ({held.limit} ends it). Above {above}; "
-        f"{(REFUSED_SHARE if refused else DOUBTFUL_SHARE) * held.force:.1f} N and less"
-    )
-    if not refused or experiment.approach.doubtful == "fly":
+    """Refused where it is too much on the surface that is believed, doubtful on the worst not ruled out."""
+    approach = experiment.approach
+    usual, most = approach.believed_friction
+    for share, friction, lean in (
+        (REFUSED_SHARE, usual, 0.0),
+        (DOUBTFUL_SHARE, most, approach.believed_lean),
+    ):
+        held = pressed_against_drag(experiment, robot, needs, needs.force / share, friction, lean)
+        if held.force >= (1.0 - _ROUNDING) * needs.force / share:
+            continue
+        refused = share == REFUSED_SHARE
+        leaning = f" that leans by {np.degrees(lean):.3g} degrees" if lean else ""
+        words = (
+            f"a force of {needs.force:g} N is {'too much' if refused else 'doubtful'}: with a friction of "
+            f"{friction:g} {'as believed' if refused else f'on a surface{leaning}, which is not ruled out'}, "
+            f"{robot.name} can hold about {held.force:.1f} N at rest while the pen is dragged to every side "
+            f"({held.limit} ends it); {share * held.force:.1f} N and less"
+        )
+        if refused and approach.doubtful != "fly":
+            raise ConfigError(
+                f'{words} take off; approach.doubtful = "fly" flies {needs.force:g} N all the same'
+            )
         warnings.warn(f"{words} are safer", UserWarning, stacklevel=2)
         return
-    raise ConfigError(f'{words} take off; approach.doubtful = "fly" flies {needs.force:g} N all the same')
 
 
 def _require_slow_enough(experiment: Experiment, robot: Robot, controller: Controller) -> None:
@@ -223,17 +226,35 @@ class Pressed(NamedTuple):
     limit: Limit | None
 
 
-def pressed_against_drag(experiment: Experiment, robot: Robot, needs: Needs, most: float) -> Pressed:
-    """The greatest force up to `most` that can be held at rest with slope and drag to every side.
+def pressed_against_drag(
+    experiment: Experiment, robot: Robot, needs: Needs, most: float, friction: float, lean: float
+) -> Pressed:
+    """The greatest force up to `most` that can be held at rest on a surface that leans and drags to any side.
+
+    A surface that leans to the side to which it drags turns the push by both angles.
+
+    Args:
+        experiment: with contact axis and limit of tilt.
+        robot: that pushes.
+        needs: of its controller.
+        most: N.
+        friction: of the surface.
+        lean: of its normal from the contact axis, rad.
 
     Raises:
         ConfigError: the robot cannot rest there with any force.
     """
-    friction = float(getattr(experiment.surface, "friction", 0.0))
-    into, *across = _seen_from_the_tip(experiment, *experiment.surface.R_WS.T)
-    sides = tuple(tuple(sign * friction * one for one in way) for way in across for sign in (1.0, -1.0))
+    frame = contact_frame(experiment.contact_axis)
+    into, *across = _seen_from_the_tip(experiment, frame.contact, frame.sliding_u, frame.sliding_v)
+    turned = lean + np.arctan(friction)
+    ways = {
+        tuple((np.cos(turned) * np.array(into) + sign * np.sin(turned) * np.array(way)).tolist())
+        for way in across
+        for sign in (1.0, -1.0)
+    }
     needs = dataclasses.replace(needs, force=most)
-    return _most_dragged(robot, needs, into, sides, experiment.terminations.tilt)
+    size = float(np.hypot(1.0, friction))
+    return _most_dragged(robot, needs, tuple(sorted(ways)), size, experiment.terminations.tilt)
 
 
 def _seen_from_the_tip(experiment: Experiment, *ways: np.ndarray) -> list[Direction]:
@@ -261,24 +282,21 @@ def _most(robot: Robot, needs: Needs, along: Direction, tilt: float) -> Held | N
 
 @functools.lru_cache(maxsize=64)
 def _most_dragged(
-    robot: Robot, needs: Needs, into: Direction, sides: tuple[Direction, ...], tilt: float
+    robot: Robot, needs: Needs, ways: tuple[Direction, ...], size: float, tilt: float
 ) -> Pressed:
-    """The greatest force up to the commanded one that can be held with the drag of friction to each side, N.
+    """The greatest force up to the commanded one with which the robot can push each way, N.
 
     Args:
         robot: that pushes.
         needs: of its controller, with the force.
-        into: the surface, along its normal.
-        sides: drags for 1 N of force.
+        ways: of the whole push, unit vectors.
+        size: of the whole push for 1 N of force.
         tilt: the greatest, rad.
     """
     most, within = Pressed(needs.force, None), Within(tilt, needs.moves)
     posture = nominal_posture(robot, needs.vectoring)
-    for side in sides:
-        push = np.add(into, side)
-        # `greatest_push` wants a unit direction; its answer is the whole push, of which a part presses.
-        size = float(np.linalg.norm(push))
-        found = greatest_push(robot, *posture, push / size, within, most.force * size)
+    for way in ways:
+        found = greatest_push(robot, *posture, np.array(way), within, most.force * size)
         if isinstance(found, NotHeld):
             raise ConfigError(f"'{robot.name}' cannot do this task: pressing and dragged aside, {found}")
         if found.force < (1.0 - _ROUNDING) * most.force * size:

@@ -170,11 +170,11 @@ def test_a_lost_flight_is_kept_and_exits_with_1(tmp_path: Path, capsys: pytest.C
 def test_a_warning_is_a_line_without_a_place_in_the_code(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    doubtful = ["controller.translation.force=2", "surface.friction=0.8", "plant.thrust_scale=0.5"]
+    doubtful = ["controller.translation.force=3", "surface.friction=0.8", "plant.thrust_scale=0.5"]
     words = ["run", "--controller", "following", "--set", *SHORT, *doubtful, "--no-video"]
     code, _, err = call([*words, "--out", str(tmp_path / "doubtful")], capsys)
     assert code == 1
-    assert "skylimb: warning: a force of 2 N is doubtful: at a friction of 0.8" in err
+    assert "skylimb: warning: a force of 3 N is doubtful: with a friction of 0.8" in err
     assert "UserWarning" not in err
     assert ".py" not in err
 

@@ -28,6 +28,8 @@ INDIFFERENT = (
     "name.",
     "description.",
     "seed.",
+    "approach.believed_friction.",
+    "approach.believed_lean.",
     "terminations.",
     "tolerances.",
     "controller.name.",

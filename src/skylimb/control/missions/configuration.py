@@ -75,6 +75,19 @@ class ApproachConfig:
             high=1.0,
         ),
     ] = 0.05
+    believed_friction: Annotated[
+        tuple[float, float],
+        Key("", "friction of a surface as it is believed, and the greatest that is not ruled out", 0.0, 3.0),
+    ] = (0.4, 0.8)
+    believed_lean: Annotated[
+        float,
+        Key(
+            "rad",
+            "greatest angle of a surface's normal from the contact axis that is not ruled out",
+            0.0,
+            1.2,
+        ),
+    ] = 0.34
     doubtful: Annotated[
         Literal["refuse", "fly"],
         Key(
