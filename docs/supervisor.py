@@ -7,6 +7,7 @@ A lane for each mode, a line for each row: from its dots to its arrow, and on th
 
 from __future__ import annotations
 
+import re
 import textwrap
 from collections.abc import Iterator
 from html import escape
@@ -24,6 +25,7 @@ LINE, GAP, LETTERS = 19, 13, 54
 
 STYLE = """
 text { font: 15px system-ui, sans-serif; fill: var(--ink); } .name { font-weight: 700; }
+.key { font-style: italic; }
 .small { font-size: 13px; fill: var(--soft); } .lane { stroke: var(--lane); stroke-width: 2; }
 .rule { stroke: var(--lane); } .page { fill: var(--page); } .on { fill: #fff; font-weight: 700; }
 svg { --page: #fff; --ink: #1a1a1a; --soft: #4d4d4d; --lane: #d4d4d4; }
@@ -45,7 +47,7 @@ def drawing() -> str:
     top = 34 + 26 * len(TABLE.modes) + 50
     body, bottom = _rows(top)
     lanes = [
-        f'<line class="lane" x1="{_lane(k)}" y1="{top - 14}" x2="{_lane(k)}" y2="{bottom - GAP}"/>'
+        f'<line class="lane" x1="{_lane(k)}" y1="{top - 14}" x2="{_lane(k)}" y2="{bottom - 4}"/>'
         for k in range(len(TABLE.modes))
     ]
     heads = [
@@ -128,9 +130,10 @@ def _words(row: Row) -> Iterator[str]:
     said = (
         f"{', '.join(names)}: {TABLE.bits[row.when[0]]}" if len(names) == 1 and row.when else ", ".join(names)
     )
-    for k, line in enumerate(textwrap.wrap(said.replace("`", ""), LETTERS)):
+    for k, line in enumerate(textwrap.wrap(said, LETTERS)):
         name, colon, rest = line.partition(":") if not k else ("", "", line)
-        yield f'<tspan class="name">{escape(name)}</tspan>{colon}{escape(rest)}'
+        rest = re.sub("`(.*?)`", r'<tspan class="key">\1</tspan>', escape(rest))
+        yield f'<tspan class="name">{escape(name)}</tspan>{colon}{rest}'
 
 
 if __name__ == "__main__":

@@ -13,9 +13,9 @@ import skylimb
 from skylimb.analysis.exchange import recorder as module
 from skylimb.analysis.exchange.convert import read_log
 from skylimb.analysis.exchange.lab_topics import ROW, STATE, Topic
-from skylimb.analysis.exchange.recorder import FULL, LEAST, FlightRecorder
+from skylimb.analysis.exchange.recorder import FULL, LEAST, FlightRecorder, recording
 from skylimb.analysis.exchange.run_topics import record_messages, row_table
-from skylimb.base.errors import OutputError
+from skylimb.base.errors import MissingExtraError, OutputError
 
 
 def published(run: skylimb.Run, ticks: int | None = None) -> Iterator[list[tuple[Topic, Any]]]:
@@ -101,3 +101,16 @@ def test_what_was_flown_anew_takes_the_place_of_what_was_before(flown: skylimb.R
     read = read_log(tmp_path / "01-flight.mcap")
     assert (read.run.name, read.notes) == ("changed", ())
     np.testing.assert_array_equal(read.run.log.time, flown.log.time[:20])
+
+
+def test_without_the_extra_nothing_is_recorded_and_a_line_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def missing() -> None:
+        raise MissingExtraError("'rosbags' is not installed: pip install 'skylimb[logs]'")
+
+    monkeypatch.setattr(module, "message_types", missing)
+    said = pytest.warns(UserWarning, match=r"before it ends: 'rosbags' is not installed")
+    with said, recording(tmp_path / "out") as recorder:
+        assert recorder is None
+    assert list(tmp_path.iterdir()) == []
