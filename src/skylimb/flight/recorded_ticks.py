@@ -39,7 +39,7 @@ class RecordedTicks:
     def changed(self, plan: FlightPlan) -> None:
         """Keep what is flown now, in the place of what was planned before."""
         if self._recorder is not None:
-            self._recorder.amend(self._of(plan).begin)
+            self._recorder.take(self._of(plan).begin, anew=False)
 
     def _of(self, plan: FlightPlan) -> RowMessages:
         empty = {name: np.zeros((0, *shape)) for name, shape in self._layout.shapes.items()}

@@ -96,7 +96,7 @@ def test_what_was_flown_anew_takes_the_place_of_what_was_before(flown: skylimb.R
     recorder.take(record_messages(flown))
     for k in (*range(30), *range(12, 20)):
         recorder.take([(ROW, {"data": rows[k]})])
-    recorder.amend(record_messages(dataclasses.replace(flown, name="changed")))
+    recorder.take(record_messages(dataclasses.replace(flown, name="changed")), anew=False)
     recorder.close()
     read = read_log(tmp_path / "01-flight.mcap")
     assert (read.run.name, read.notes) == ("changed", ())

@@ -11,8 +11,9 @@ from skylimb.analysis.exchange.lab_topics import JOY
 from skylimb.analysis.exchange.messages import Joy, NavMode
 from skylimb.apps.ros1.limits import FlightLimits
 from skylimb.apps.ros1.messages import Arrived
-from skylimb.apps.ros1.pad import Pad, pad_of
+from skylimb.apps.ros1.pad import Pad
 from skylimb.apps.ros1.radio import ordered, steered
+from skylimb.apps.ros1.run import limits_of
 from skylimb.apps.ros1.sorting import MessageSorter
 from skylimb.apps.ros1.states import FORCE_LANDING, FlightState, Order
 from skylimb.base.errors import ConfigError
@@ -98,7 +99,7 @@ def test_a_radio_that_is_silent_lands_the_robot(hovering: Steered) -> None:
 
 
 def test_another_pad_has_other_numbers() -> None:
-    pad = pad_of({"land": 7, "halt": 2, "forward": 0, "yaw": 4})
+    pad = limits_of((), {"land": 7, "halt": 2, "forward": 0, "yaw": 4}, "land").pad
     pressed = replace(REST, buttons=(1, 0, 0, 0, 0, 0, 0, 1))
     assert ordered(REST, pressed, pad) == [Order.LAND]
     nav = steered(replace(REST, axes=(1.0, 0.0, 0.0, 0.0, 0.0)), FlightLimits(pad=pad))
@@ -106,9 +107,10 @@ def test_another_pad_has_other_numbers() -> None:
     assert nav.velocity == (0.5, 0.0, 0.0)
     for wrong, words in (
         ({"lnad": 1}, "land"),
-        ({"land": 1}, "means two things"),
-        ({"yaw": -1}, "--pad yaw=-1"),
-        ({"yaw": 1.5}, "--pad yaw=1.5"),
+        ({"land": 1}, "--pad.*halt"),
+        ({"up": 4}, "--pad.*means two things"),
+        ({"yaw": -1}, "yaw = -1"),
+        ({"yaw": 1.5}, "yaw"),
     ):
         with pytest.raises(ConfigError, match=words):
-            pad_of(wrong)
+            limits_of((), wrong, "land")

@@ -68,23 +68,22 @@ class FlightRecorder:
             self._beside[name].faults = self.faults
         return self._beside[name]
 
-    def take(self, messages: Iterable[tuple[Topic, Any]]) -> None:
-        """Keep those of some messages, topic and fields, that are of the record."""
+    def take(self, messages: Iterable[tuple[Topic, Any]], anew: bool = True) -> None:
+        """Keep those of some messages, topic and fields, that are of the record.
+
+        Args:
+            messages: a record begins a flight.
+            anew: whether it does, or is that of the flight under way as it is now.
+        """
         for topic, fields in messages:
+            if topic not in (RECORD, SOURCE, ROW):
+                continue
             try:
-                if topic == RECORD:
+                if topic == RECORD and anew:
                     self._end()
                     self._flights, self._rows = self._flights + 1, 0
                     self._stream = McapStream(self._folder / f"{self._flights:02d}-flight.mcap", CHUNK)
-            except OSError:
-                self._give_up()
-            self.amend([(topic, fields)])
-
-    def amend(self, messages: Iterable[tuple[Topic, Any]]) -> None:
-        """The same, of the flight that is under way, whose record may be another now."""
-        for topic, fields in messages:
-            try:
-                if self._stream is not None and topic in (RECORD, SOURCE, ROW):
+                if self._stream is not None:
                     self._stream.add(self._message(topic, fields))
                     self._watch(topic)
             except OSError:

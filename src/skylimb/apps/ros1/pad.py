@@ -2,48 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
-from typing import Any
+from typing import Annotated
 
-from skylimb.base.errors import ConfigError, unknown_name
+from skylimb.base.keys import Key, configuration, refused
 
 
-@dataclass(frozen=True)
+@configuration
 class Pad:
-    """Numbers of buttons and axes, from 0.
+    """Numbers of buttons and axes, from 0; left, up and ahead are positive."""
 
-    Attributes:
-        land: button that lands.
-        halt: button that stops the motors.
-        yaw: axis of the heading; left is positive, as of all others.
-        up: axis of the height.
-        left: axis to the side.
-        forward: axis ahead.
-    """
+    land: Annotated[int, Key("", "button that lands", low=0, high=99)] = 0
+    halt: Annotated[int, Key("", "button that stops the motors", low=0, high=99)] = 1
+    yaw: Annotated[int, Key("", "axis of the heading", low=0, high=99)] = 0
+    up: Annotated[int, Key("", "axis of the height", low=0, high=99)] = 1
+    left: Annotated[int, Key("", "axis to the side", low=0, high=99)] = 3
+    forward: Annotated[int, Key("", "axis ahead", low=0, high=99)] = 4
 
-    land: int = 0
-    halt: int = 1
-    yaw: int = 0
-    up: int = 1
-    left: int = 3
-    forward: int = 4
-
-
-def pad_of(values: Mapping[str, Any]) -> Pad:
-    """A pad some of whose numbers are others.
-
-    Raises:
-        ConfigError: for an unknown name, what is no such number, or one button for two orders.
-    """
-    names = [field.name for field in fields(Pad)]
-    for name, value in values.items():
-        if name not in names:
-            raise unknown_name("button or axis of a pad", name, names)
-        if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < 100:
-            raise ConfigError(f"--pad {name}={value}: wanted is a number of a button or axis, 0 .. 99")
-    pad = Pad(**values)
-    axes = (pad.yaw, pad.up, pad.left, pad.forward)
-    if pad.land == pad.halt or len({*axes}) < len(axes):
-        raise ConfigError(f"--pad: one button or axis means two things ({pad})")
-    return pad
+    def check(self) -> None:
+        """Refuse a button or an axis that means two things."""
+        if self.land == self.halt:
+            raise refused(self, "halt", "is that of land")
+        if len({self.yaw, self.up, self.left, self.forward}) < 4:
+            raise refused(self, "forward", "or another axis means two things")

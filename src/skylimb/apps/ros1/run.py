@@ -25,10 +25,11 @@ from skylimb.apps.ros1.flyer import Flyer
 from skylimb.apps.ros1.lab_config import LabConfig, read_lab_config
 from skylimb.apps.ros1.limits import FlightLimits
 from skylimb.apps.ros1.node import Node, Profile
-from skylimb.apps.ros1.pad import pad_of
+from skylimb.apps.ros1.pad import Pad
 from skylimb.apps.ros1.profile import PROFILES, PendingRun, profile_topics
 from skylimb.apps.ros1.simulated import Simulated
 from skylimb.apps.ros1.tick import STARTED_BY_ITS_USER
+from skylimb.base.config import from_mapping
 from skylimb.base.errors import ConfigError, choice_error
 from skylimb.base.files import new_folder
 from skylimb.control.missions.mission import Mission
@@ -190,7 +191,7 @@ def limits_of(fence: Sequence[float], pad: Mapping[str, Any], adopt: str) -> Fli
     Raises:
         ConfigError: where one of them cannot be.
     """
-    limits = FlightLimits(adopt=adopt, pad=pad_of(pad))
+    limits = FlightLimits(adopt=adopt, pad=from_mapping(Pad, pad, "--pad"))
     return replace(limits, fence=_fence(fence)) if fence else limits
 
 
