@@ -80,7 +80,8 @@ def read_corrections(path: str | Path) -> Corrections:
         elif not isinstance(found, Mapping) or "value" not in found:
             raise ConfigError(f"'{path}' has no table [{name}] with a value")
         else:
-            values[name] = found["value"]
+            # Files of before corrected by all that they had.
+            values[name] = found.get("used", found["value"])
     return from_mapping(Corrections, values, str(path))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ import pytest
 from skylimb.analysis.recording.run import Run
 from skylimb.base.errors import OutputError
 from skylimb.robots.model import Robot
-from skylimb.studies.calibration.parameters import scaled
+from skylimb.studies.calibration.parameters import centers, scaled, slices, spreads
 from skylimb.studies.calibration.report import write_calibration
 from skylimb.studies.calibration.result import Calibration
 
@@ -35,6 +36,29 @@ def test_the_file_has_a_table_for_every_parameter(
     assert tables["mass_scale"]["shown"] is False
     assert tables["flight"]["experiment"] == "calibration"
     assert "mujoco" in tables["versions"]
+
+
+def test_nothing_is_corrected_by_what_the_flight_did_not_show(made: Calibration) -> None:
+    """What is not shown stays as it was believed; what goes with it comes along, and no more."""
+    assert made.used.tolist() == made.estimate.value.tolist()
+    spread, count = spreads(made.estimate.parameters), len(made.estimate.value)
+    covariance = np.diag((0.1 * spread) ** 2)
+    at = slices(made.estimate.parameters)
+    hidden, beside, apart = at["latency"].start, at["rotor_lag"].start, at["cog_offset"].start
+    covariance[hidden, hidden] = (0.9 * spread[hidden]) ** 2
+    covariance[hidden, beside] = covariance[beside, hidden] = 0.5 * 0.09 * spread[hidden] * spread[beside]
+    estimate = replace(made.estimate, covariance=covariance)
+    poor = replace(made, estimate=estimate)
+    assert estimate.shown.sum() == count - 1
+    believed = centers(estimate.parameters)[hidden]
+    assert poor.used[hidden] == believed
+    moved = 0.5 * 0.1 / 0.9 * spread[beside] / spread[hidden] * (believed - estimate.value[hidden])
+    assert poor.used[beside] == pytest.approx(estimate.value[beside] + moved)
+    assert poor.used[apart] == estimate.value[apart]
+    # A controller keeps its own latency then; the file says so, and a file of before has none of it.
+    assert poor.corrections.latency == -1.0
+    assert poor.tables["latency"]["value"] == estimate.value[hidden]
+    assert poor.corrections.rotor_lag == poor.used[beside]
 
 
 def test_the_map_of_information(made: Calibration) -> None:

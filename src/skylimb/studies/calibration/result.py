@@ -13,11 +13,11 @@ import tomli_w
 from skylimb.analysis.recording.run import Run
 from skylimb.analysis.recording.versions import versions
 from skylimb.base.config import from_mapping
-from skylimb.control.corrections import FORMAT, Corrections
+from skylimb.control.corrections import FORMAT, GAINS, Corrections
 from skylimb.robots.model import Robot
 from skylimb.studies.calibration.estimate import Estimate
 from skylimb.studies.calibration.excited import motion_of
-from skylimb.studies.calibration.parameters import slices
+from skylimb.studies.calibration.parameters import centers, slices
 from skylimb.studies.calibration.record import Record
 
 FILE = "calibration.toml"
@@ -61,6 +61,20 @@ class Calibration:
         return self.estimate.value - half, self.estimate.value + half
 
     @property
+    def used(self) -> np.ndarray:
+        """What a controller may use, (p,): what the flight does not show as it was believed before.
+
+        The rest is the estimate that goes with that belief. So nothing is corrected by what was not shown,
+        nor by what only goes with it.
+        """
+        estimate, shown = self.estimate, self.estimate.shown
+        value = np.where(shown, estimate.value, centers(estimate.parameters))
+        away = (value - estimate.value)[~shown]
+        together = estimate.covariance[np.ix_(shown, ~shown)]
+        value[shown] += together @ np.linalg.solve(estimate.covariance[np.ix_(~shown, ~shown)], away)
+        return value
+
+    @property
     def tables(self) -> dict[str, Any]:
         """Everything as plain tables, as the file has it."""
         found: dict[str, Any] = {
@@ -71,11 +85,17 @@ class Calibration:
             "flight": dict(self.flight),
         }
         low, high = self.interval
+        used = self.used
+        # A law's own belief of a lag is better than none.
+        for name in GAINS:
+            part = slices(self.estimate.parameters)[name]
+            used[part] = np.where(self.estimate.shown[part], used[part], -1.0)
         for one in self.estimate.parameters:
             part = slices(self.estimate.parameters)[one.name]
             at = part.start if one.entries == ("",) else part  # a single number is no list
             found[one.name] = {
                 "value": self.estimate.value[at].tolist(),
+                "used": used[at].tolist(),
                 "low": low[at].tolist(),
                 "high": high[at].tolist(),
                 "unit": one.unit,
@@ -84,6 +104,7 @@ class Calibration:
             }
         found["mass_scale"] = {
             "value": 1.0,
+            "used": 1.0,
             "low": 1.0 - SIGMAS * MASS_SPREAD,
             "high": 1.0 + SIGMAS * MASS_SPREAD,
             "unit": "",
@@ -98,7 +119,7 @@ class Calibration:
         """What a controller uses of it, for `skylimb.run(..., calibration=)`."""
         tables = self.tables
         found = {one.name: tables[one.name] for one in fields(Corrections)}
-        values = {name: one["value"] if isinstance(one, dict) else one for name, one in found.items()}
+        values = {name: one["used"] if isinstance(one, dict) else one for name, one in found.items()}
         return from_mapping(Corrections, values, f"the calibration of '{self.robot}'")
 
     @property
