@@ -20,7 +20,8 @@ def flown_gain(session: Session, key: str, flight: int = 0) -> list[float]:
     controller = live.takeoff.controller
     layout = Layout(controller.gains())
     where = np.r_[layout.slices[key]]
-    packed = live._driver.gains.copy()
+    driver: Any = live._driver
+    packed = driver.gains.copy()
     rows = live.takeoff.timeline(live.takeoff.times).gains
     if rows is not None:
         packed[rows.columns] = rows.values[_settled_tick(live)]
