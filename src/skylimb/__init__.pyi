@@ -1,5 +1,5 @@
-from .analysis.recording.folder import load_runs as load_runs
-from .analysis.recording.run import Run as Run
+from .analysis.notebook_run import Run as Run
+from .analysis.notebook_run import load_runs as load_runs
 from .analysis.scores.score import Score as Score
 from .analysis.scores.score import Tolerance as Tolerance
 from .analysis.scores.score import metric as metric

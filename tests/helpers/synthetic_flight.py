@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from skylimb.analysis.notebook_run import Run
 from skylimb.analysis.paper.configuration import CONTROLLERS, FILE
-from skylimb.analysis.recording import Run
 from skylimb.analysis.scores.metrics import metrics
 from skylimb.base.config import write_toml
 

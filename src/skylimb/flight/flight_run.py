@@ -13,9 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from skylimb.analysis.notebook_run import Run
 from skylimb.analysis.recording.log import build_log
 from skylimb.analysis.recording.origin import origin_text
-from skylimb.analysis.recording.run import STOPPED, Run
+from skylimb.analysis.recording.run import STOPPED
 from skylimb.analysis.recording.versions import origin_versions, versions
 from skylimb.base.config import put, to_mapping
 from skylimb.base.keys import tables_of, units_of

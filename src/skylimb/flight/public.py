@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from skylimb.analysis.recording.run import Run
-from skylimb.analysis.recording.runs import Runs
+from skylimb.analysis.notebook_run import Run, Runs
 from skylimb.analysis.scores.user_scores import scored
 from skylimb.base.errors import ConfigError
 from skylimb.control.controller import Controller

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 
-from skylimb.analysis.recording.run import Run
+from skylimb.analysis.notebook_run import Run
 from skylimb.analysis.scores.user_scores import scored
 from skylimb.base.config import to_mapping
 from skylimb.control.loop.flight import Flight, flown_mission

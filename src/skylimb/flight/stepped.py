@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from skylimb.analysis.recording.run import Run
+from skylimb.analysis.notebook_run import Run
 from skylimb.control.loop.loop import Loop
 from skylimb.flight.drivers.world import world
 from skylimb.flight.flying import simulated_driver

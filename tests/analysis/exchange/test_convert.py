@@ -27,7 +27,7 @@ from skylimb.analysis.exchange.message_types import DEFINITIONS, IMU, message_ty
 from skylimb.analysis.exchange.run_topics import row_table, run_of
 from skylimb.analysis.exchange.stream import Message, Raw, decoded, encoder
 from skylimb.analysis.exchange.to_run import Read, run_from
-from skylimb.analysis.recording import write_sources
+from skylimb.analysis.recording import Run, write_sources
 from skylimb.analysis.report.controller_replay import differences
 from skylimb.apps.cli.main import main
 from skylimb.base.errors import ConfigError, OutputError, UnknownNameError
@@ -46,7 +46,7 @@ def from_the_lab(messages: Iterable[Message]) -> Read:
     return run_from(known, lambda: ROBOT, "real", lab_link)
 
 
-def same(one: skylimb.Run, other: skylimb.Run) -> bool:
+def same(one: Run, other: Run) -> bool:
     assert list(one.log.data_vars) == list(other.log.data_vars)
     assert set(one.log.variables) == set(other.log.variables)
     for name in one.log.variables:

@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from skylimb.analysis.recording import Run
+from skylimb.analysis.notebook_run import Run
 
 
 def made(status="OK", **metrics) -> Run:

@@ -4,7 +4,7 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
-from skylimb.analysis.recording import Run, Runs
+from skylimb.analysis.notebook_run import Run, Runs
 from skylimb.base.errors import UnknownNameError
 
 

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from skylimb.analysis.recording import Run
+from skylimb.analysis.notebook_run import Run
 from skylimb.analysis.viewer.packing import LEVELS, packed
 from skylimb.analysis.viewer.page import viewer_html
 from skylimb.analysis.viewer.payload import RATE, viewer_payload

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 import skylimb
 from chromium import PAINTED, chromium, needs_chromium, silent_page
-from skylimb.analysis.recording import Run
+from skylimb.analysis.notebook_run import Run
 from skylimb.analysis.viewer.page import FlightViewer
 
 pytestmark = needs_chromium

@@ -13,6 +13,7 @@ import pytest
 
 import skylimb
 from skylimb.analysis.exchange.convert import read_log
+from skylimb.analysis.recording import Run
 from skylimb.analysis.report.controller_replay import differences
 from skylimb.apps.cli.main import main
 from skylimb.flight.recorded_ticks import CUT_OFF
@@ -40,7 +41,7 @@ def killed(words: list[str], out: Path, pattern: str) -> list[Path]:
     return sorted(out.rglob("*-interrupted/**/*.mcap"))
 
 
-def checked(path: Path) -> skylimb.Run:
+def checked(path: Path) -> Run:
     """The run of a file that was cut off: one row a tick, from take-off on."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # that it was cut off, or by chance was not

@@ -5,11 +5,11 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
-from skylimb.analysis.recording.run import LOG_FILE, Run
+from skylimb.analysis.recording.run import LOG_FILE, AnyRun, Run
 from skylimb.base.errors import OutputError
 
 
-def load_runs(folder: str | Path) -> dict[str, Run]:
+def load_runs(folder: str | Path, kind: type[AnyRun] = Run) -> dict[str, AnyRun]:
     """Every run in `folder`, by name: the folder's own log.nc, or one in each of its subfolders.
 
     A comparison's order is kept (metrics.csv lists it); other subfolders come by name.
@@ -22,7 +22,7 @@ def load_runs(folder: str | Path) -> dict[str, Run]:
         what = "is a file, not a folder" if folder.exists() else "does not exist"
         raise OutputError(f"run folder '{folder}' {what}")
     if (folder / LOG_FILE).is_file():
-        run = Run.load(folder)
+        run = kind.load(folder)
         return {run.name: run}
     try:
         found = sorted(
@@ -34,7 +34,7 @@ def load_runs(folder: str | Path) -> dict[str, Run]:
         raise OutputError(f"folder '{folder}' holds no run (no {LOG_FILE} in it or one level below)")
     order = _listed(folder / "metrics.csv")
     found.sort(key=lambda path: order.index(path.name) if path.name in order else len(order))
-    return {path.name: Run.load(path) for path in found}
+    return {path.name: kind.load(path) for path in found}
 
 
 def _listed(table: Path) -> list[str]:

@@ -8,11 +8,10 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from skylimb.analysis.recording.netcdf import netcdf_bytes, read_netcdf
 from skylimb.analysis.recording.origin import moved, read_sources
-from skylimb.analysis.recording.provided import provided
 from skylimb.base.errors import OutputError, unknown_name
 from skylimb.base.files import new_file, readable
 
@@ -165,25 +164,6 @@ class Run:
             raise unknown_name("signal", name, [str(known) for known in self.log.data_vars])
         return self.log[name]
 
-    def _repr_html_(self) -> str:
-        """Verdict, scores and small plots, for a notebook."""
-        return provided("html", self)
-
-    def plot(self, what: str = "") -> Any:
-        """A matplotlib figure of the run: one of the report's figures by name, or a signal over time.
-
-        Args:
-            what: "cog_tracking" (the usual one), "pen_traces", ..., or a signal's name.
-
-        Raises:
-            UnknownNameError: when it is neither.
-        """
-        return provided("plot", {self.name: self}, what)
-
-    def show(self) -> Any:
-        """The flight to watch in a notebook, in three dimensions, with plots that follow the time."""
-        return provided("show", {self.name: self})
-
     def save(self, path: str | Path) -> Path:
         """Write the run as one compressed NetCDF-4 file; numbers keep every bit.
 
@@ -220,7 +200,7 @@ class Run:
             raise OutputError(f"cannot write a file of run '{self.name}': {error}") from error
 
     @classmethod
-    def load(cls, path: str | Path) -> Run:
+    def load(cls, path: str | Path) -> Self:
         """Read a run back, from its file or from the folder that holds its log.nc.
 
         Raises:
@@ -232,7 +212,7 @@ class Run:
         return dataclasses.replace(run, sources=read_sources(run.config, file.parent), file=file)
 
     @classmethod
-    def of_content(cls, content: bytes, called: str) -> Run:
+    def of_content(cls, content: bytes, called: str) -> Self:
         """The run whose `content` this is, without copies of its files.
 
         Args:
@@ -245,7 +225,7 @@ class Run:
         return cls._of(_dataset(io.BytesIO(content), called))
 
     @classmethod
-    def _of(cls, log: xr.Dataset) -> Run:
+    def _of(cls, log: xr.Dataset) -> Self:
         own = {name: log.attrs.pop(name, None) for name in _OWN_ATTRIBUTES}
         controller = str(log.attrs.get("controller", ""))
         return cls(
@@ -255,11 +235,15 @@ class Run:
             metrics=json.loads(own["metrics"] or "{}"),
         )
 
-    def with_sources_at(self, prefix: str) -> Run:
+    def with_sources_at(self, prefix: str) -> Self:
         """The same run for a folder in which `prefix`, such as "../", leads to the copies of its files."""
         log = self.log.assign_attrs(config=moved(self.config, prefix))
         files = {f"{prefix}{name}": content for name, content in self.sources.items()}
         return dataclasses.replace(self, log=log, sources=files)
+
+
+AnyRun = TypeVar("AnyRun", bound=Run)
+"""A run of whatever class; what is made of it is of the same."""
 
 
 def _dataset(source: Path | io.BytesIO, path: str) -> xr.Dataset:

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING
 
-from skylimb.analysis.recording.run import Run
+from skylimb.analysis.recording.run import AnyRun, Run
 from skylimb.analysis.scores.registry import SCORES
 from skylimb.analysis.scores.score import Score, Tolerance, grouped
 
@@ -30,7 +30,7 @@ def declared_in(log: xr.Dataset) -> dict[str, Score]:
     return found
 
 
-def declaring(run: Run, scores: Iterable[Score]) -> Run:
+def declaring(run: AnyRun, scores: Iterable[Score]) -> AnyRun:
     """The run with more declarations in its log; its tolerances have the words that suit this run."""
     found = declared_in(run.log)
     for score in scores:

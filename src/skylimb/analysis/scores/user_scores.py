@@ -23,7 +23,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from skylimb.analysis.recording.run import PROBLEMS, Run
+from skylimb.analysis.recording.run import PROBLEMS, AnyRun, Run
 from skylimb.analysis.scores.declared import declared_in, declaring
 from skylimb.analysis.scores.metrics import metrics
 from skylimb.analysis.scores.registry import SCORES, TOLERANCES
@@ -53,7 +53,7 @@ class UserFigure:
     """
 
     name: str
-    function: Callable[[Run], Any]
+    function: Callable[[Any], Any]
     caption: str = ""
 
     def __call__(self, run: Run) -> Drawing:
@@ -75,7 +75,7 @@ class UserFigure:
 UserScore = Metric | UserFigure
 
 
-def figure(function: Callable[[Run], Any]) -> UserFigure:
+def figure(function: Callable[[Any], Any]) -> UserFigure:
     """Make a function of a run an `UserFigure`; see the module."""
     return UserFigure(function.__name__, function, " ".join((inspect.getdoc(function) or "").split()))
 
@@ -126,7 +126,7 @@ def figures_of(own: Iterable[UserScore]) -> list[UserFigure]:
     return [one for one in own if isinstance(one, UserFigure)]
 
 
-def scored(run: Run, own: Iterable[UserScore] = (), sets: Iterable[str] = ()) -> Run:
+def scored(run: AnyRun, own: Iterable[UserScore] = (), sets: Iterable[str] = ()) -> AnyRun:
     """The run with its scores and its verdict; every record is scored here, a fresh one or an old one.
 
     A user's metric that fails loses its own numbers and nothing else: they are None, and `Run.problems` says

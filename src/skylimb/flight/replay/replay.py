@@ -14,9 +14,10 @@ import numpy as np
 import xarray as xr
 
 from skylimb.analysis.exchange.convert import read_log
+from skylimb.analysis.notebook_run import Run
 from skylimb.analysis.recording.log import log_variable
 from skylimb.analysis.recording.origin import TABLE
-from skylimb.analysis.recording.run import Run
+from skylimb.analysis.recording.run import Run as Record
 from skylimb.analysis.report.controller_replay import REPLAYED
 from skylimb.base.errors import ConfigError, SkylimbError
 from skylimb.base.packing import Layout
@@ -56,7 +57,7 @@ _SAME_PATH = 1e-6
 
 
 def replay(
-    log: str | Path | Run,
+    log: str | Path | Record,
     controller: str | Controller | None = None,
     set: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
@@ -85,7 +86,7 @@ def replay(
         SkylimbError: when the log cannot be read, or holds no pose of the robot.
     """
     settings, gains = parted(set or {})
-    run, read = (log, ()) if isinstance(log, Run) else read_log(log, str(settings.get("robot", "")))
+    run, read = (log, ()) if isinstance(log, Record) else read_log(log, str(settings.get("robot", "")))
     with tempfile.TemporaryDirectory(prefix="skylimb-") as folder:
         try:
             experiment, said = experiment_of(run, Path(folder), settings)
@@ -99,7 +100,7 @@ def replay(
 
 
 def _replayed(
-    run: Run,
+    run: Record,
     experiment: Experiment,
     robot: Robot,
     controller: Controller,
@@ -134,7 +135,9 @@ def _replayed(
     return documented(made, FlightPlan(experiment, robot, controller), notes)
 
 
-def experiment_of(run: Run, folder: Path, settings: Mapping[str, Any]) -> tuple[Experiment, tuple[str, ...]]:
+def experiment_of(
+    run: Record, folder: Path, settings: Mapping[str, Any]
+) -> tuple[Experiment, tuple[str, ...]]:
     """The experiment that a run was flown with, read from copies of its files below `folder`."""
     if not run.config:
         experiment = load_experiment(UNKNOWN, dict(settings))
@@ -152,7 +155,7 @@ def experiment_of(run: Run, folder: Path, settings: Mapping[str, Any]) -> tuple[
     return experiment, tuple(experiment.recorded.get("changes", ()))
 
 
-def _lacking(run: Run) -> ConfigError | None:
+def _lacking(run: Record) -> ConfigError | None:
     """The error for a log without the copies of the user's files that it names; None where all are there."""
     files = tomllib.loads(run.config).get(TABLE, {}).get("files", {})
     missing = sorted(files.keys() - run.sources.keys())
@@ -164,7 +167,7 @@ def _lacking(run: Run) -> ConfigError | None:
     )
 
 
-def _flown_vectoring(run: Run, experiment: Experiment, robot: Robot, controller: Controller) -> str:
+def _flown_vectoring(run: Record, experiment: Experiment, robot: Robot, controller: Controller) -> str:
     """The purpose of the vectoring angles that the robot took off with, on which its mission depends."""
     if run.config:
         # A controller that was handed over as an object cannot be made again.
@@ -183,7 +186,7 @@ def _broken_off(log: xr.Dataset) -> tuple[str, ...]:
 
 
 def _mission(
-    run: Run, log: xr.Dataset, held: Recorded, experiment: Experiment, robot: Robot, purpose: str
+    run: Record, log: xr.Dataset, held: Recorded, experiment: Experiment, robot: Robot, purpose: str
 ) -> tuple[Mission, tuple[str, ...]]:
     """The references of the flight: planned anew where its configuration is known, else from the log."""
     if not run.config:
