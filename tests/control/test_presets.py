@@ -129,6 +129,24 @@ def test_a_preset_says_what_is_different_for_a_robot(tmp_path: Path, robot: Robo
     assert last.preset.slots.allocation.name == "pseudoinverse"
 
 
+def test_a_preset_says_what_is_different_with_an_imu(robot: Robot) -> None:
+    """Only where the IMU says the motion; what a robot or the user says of the same key counts otherwise."""
+    tables, path = preset_mapping("following")
+    tables["imu"] = {"translation": {"force": 1.2, "stiffness": [4.0, 8.0, 8.0]}}
+
+    def gains(**given: Any) -> Any:
+        changes = {key.replace("__", "."): value for key, value in given.items()}
+        return cascade_from_tables(tables, path, robot, changes).gains()
+
+    assert gains().translation.force == 1.0
+    assert gains(estimation__smoothing__imu=False).translation.force == 1.0
+    assert gains(estimation__smoothing__imu=True).translation.force == 1.2
+    both = gains(estimation__smoothing__imu=True, translation__force=1.5)
+    assert (both.translation.force, list(both.translation.stiffness)) == (1.5, [4.0, 8.0, 8.0])
+    with pytest.raises(ConfigError, match=r"controller following: imu = 3 should be a table, \[imu\]"):
+        cascade_from_tables({**tables, "imu": 3}, path, robot)
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

@@ -17,7 +17,7 @@ from skylimb.control.cascade import Cascade, build_cascade
 from skylimb.control.corrections import CALIBRATION, Corrections
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.missions.reference import Reference
-from skylimb.control.preset import ROBOTS, of_robot, preset_from_mapping, preset_mapping
+from skylimb.control.preset import IMU, IMU_KEY, ROBOTS, of_case, preset_from_mapping, preset_mapping
 from skylimb.control.records import Command
 from skylimb.control.slots import find_law, keys_of_law
 from skylimb.control.user_controller import CompiledUserController, Origin, UserController, user_controller
@@ -129,16 +129,19 @@ def cascade_from_tables(
     """A cascade from a preset's tables.
 
     Args:
-        tables: of the preset; what they say of this robot (`preset.of_robot`) counts like an override.
+        tables: of the preset; what they say of this robot, or of an IMU that an override switches on
+            (`preset.of_case`), counts like an override.
         path: their file, which a law given by path is sought beside.
         robot: the model that the controller believes in.
         overrides: dotted keys and their new values. Where one names another law for a slot, the slot keeps
             those of the preset's keys that the new law has, and takes its defaults for the rest.
     """
     mapping = copy.deepcopy(dict(tables))
-    of_this_robot = of_robot(mapping, robot.name, f"controller {path.stem}")
-    mapping.pop(ROBOTS, None)
-    for changes in (of_this_robot, overrides or {}):
+    overrides = overrides or {}
+    case = of_case(mapping, robot.name, bool(overrides.get(IMU_KEY)), f"controller {path.stem}")
+    for table in (ROBOTS, IMU):
+        mapping.pop(table, None)
+    for changes in (case, overrides):
         _change(mapping, changes, path)
     # A table without a robot is a key in the wrong place, which the preset's check names.
     named = "robot" in mapping.get(CALIBRATION, {})

@@ -18,8 +18,11 @@ PRESETS = Path(__file__).parent / "presets"
 DEFAULT_LAWS = {"estimation": "momentum", "contact": "open", "allocation": "pseudoinverse"}
 """Laws of the slots that a preset may leave out: the paper's."""
 
-ROBOTS = "robots"
-"""Table of a preset that says what is different for a robot, by the robot's name."""
+ROBOTS, IMU = "robots", "imu"
+"""Tables of a preset that say what is different for a robot, by its name, and with an IMU."""
+
+IMU_KEY = "estimation.smoothing.imu"
+"""The key by which an IMU does."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +87,7 @@ def preset_from_mapping(mapping: Mapping[str, Any], path: Path) -> Preset:
     """A preset from its TOML, every key checked.
 
     Args:
-        mapping: the tables; what they say of single robots is left to `of_robot`.
+        mapping: the tables; what they say of single robots or an IMU is left to `of_case`.
         path: their file, which a law given by path is sought beside.
 
     Raises:
@@ -93,30 +96,32 @@ def preset_from_mapping(mapping: Mapping[str, Any], path: Path) -> Preset:
     name = _text(mapping, "name", path.stem, f"controller {path.stem}")
     where = f"controller {name}"
     for key, value in mapping.items():
-        if key not in ("name", "description", ROBOTS, *SLOTS):
+        if key not in ("name", "description", ROBOTS, IMU, *SLOTS):
             raise _unknown(where, key, value)
     slots = Slots(*(_slot(mapping, slot, path, where) for slot in SLOTS))
     require_fit(slots, where)
     return Preset(name, _text(mapping, "description", "", where), slots)
 
 
-def of_robot(mapping: Mapping[str, Any], robot: str, where: str) -> dict[str, Any]:
-    """What a preset says of one robot: dotted keys and their values; nothing of most robots.
+def of_case(mapping: Mapping[str, Any], robot: str, imu: bool, where: str) -> dict[str, Any]:
+    """What a preset says of one robot, and of an IMU: dotted keys and their values.
 
     Args:
-        mapping: the preset's tables, with one below `robots` for each robot that needs other gains or laws.
+        mapping: the preset's tables: one below `robots` for each robot that needs others, and `imu`.
         robot: its name.
+        imu: whether an IMU says the motion.
         where: the preset, for error messages.
 
     Raises:
-        ConfigError: when `robots` is no table of tables.
+        ConfigError: when `robots` is no table of tables, or `imu` none.
     """
-    tables = mapping.get(ROBOTS, {})
-    for key, table in tables.items() if isinstance(tables, dict) else [("", tables)]:
+    robots, with_imu = mapping.get(ROBOTS, {}), mapping.get(IMU, {})
+    below = robots.items() if isinstance(robots, dict) else [("", robots)]
+    for key, table in [*((f"{ROBOTS}.{key}".rstrip("."), table) for key, table in below), (IMU, with_imu)]:
         if not isinstance(table, dict):
-            name = f"{ROBOTS}.{key}".rstrip(".")
-            raise ConfigError(f"{where}: {name} = {shown(table)} should be a table, [{ROBOTS}.NAME]")
-    return flatten(tables.get(robot, {}))
+            right = IMU if key == IMU else f"{ROBOTS}.NAME"
+            raise ConfigError(f"{where}: {key} = {shown(table)} should be a table, [{right}]")
+    return flatten(robots.get(robot, {})) | flatten(with_imu if imu else {})
 
 
 def _slot(mapping: Mapping[str, Any], slot: str, path: Path, where: str) -> Slot:

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from skylimb.base.keys import Key, KeyInfo, Table, tables_of
 from skylimb.control.law_fields import described
-from skylimb.control.preset import ROBOTS, Preset
+from skylimb.control.preset import IMU, ROBOTS, Preset
 from skylimb.control.slots import SLOTS, Slot, law_names
 
 _LAW = Key("", "the law that fills the slot: one of these, or a Python file of your own")
@@ -20,21 +20,25 @@ _OUTSIDE_TABLES = {
 """Keys outside of the tables."""
 
 
-_ROBOTS = KeyInfo(Key("", "what is different for a robot, a table for each by its name"), dict, {})
+_CASES = {
+    ROBOTS: KeyInfo(Key("", "what is different for a robot, a table for each by its name"), dict, {}),
+    IMU: KeyInfo(Key("", "what is different with estimation.smoothing.imu = true"), dict, {}),
+}
 
 
-def preset_tables(preset: Preset, robots: Mapping[str, Any] | None = None) -> Iterator[Table]:
+def preset_tables(preset: Preset, mapping: Mapping[str, Any] | None = None) -> Iterator[Table]:
     """The tables of a preset as a TOML file has them, with every key that may be set.
 
     Args:
         preset: whose.
-        robots: what its file says of single robots.
+        mapping: its file's tables, which may say what is different for a robot, or with an IMU.
     """
     yield Table((), "", tuple((name, getattr(preset, name), info) for name, info in _OUTSIDE_TABLES.items()))
     for slot, filled in zip(SLOTS, preset.slots, strict=True):
         yield from _slot_tables(slot, filled)
-    if robots:
-        yield Table((), "", ((ROBOTS, dict(robots), _ROBOTS),))
+    for name, info in _CASES.items():
+        if mapping and name in mapping:
+            yield Table((), "", ((name, dict(mapping[name]), info),))
 
 
 def law_tables(slot: str, name: str, law: Any) -> Iterator[Table]:

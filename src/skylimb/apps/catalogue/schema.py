@@ -13,7 +13,7 @@ from typing import Any
 from skylimb.base.config import to_mapping
 from skylimb.base.keys import Key
 from skylimb.base.keys.fields import default_of, fields_of, members_of
-from skylimb.control.preset import DEFAULT_LAWS, ROBOTS
+from skylimb.control.preset import DEFAULT_LAWS, IMU, ROBOTS
 from skylimb.control.slots import SLOTS, find_law, law_names
 from skylimb.flight.events import EVENTS
 from skylimb.flight.experiments.experiment import Experiment, Settings
@@ -77,7 +77,7 @@ def _controller() -> Schema:
     changes = _object({slot: {"anyOf": [*_partial(known), _OWN]} for slot, known in laws.items()}, [])
     note = "What is different for a robot, by its name"
     robots = {"type": "object", "description": note, "additionalProperties": changes}
-    return _object({**texts, **slots, ROBOTS: robots}, needed)
+    return _object({**texts, **slots, ROBOTS: robots, IMU: changes}, needed)
 
 
 def _partial(schema: Any) -> Any:

@@ -139,12 +139,12 @@ def _show_controller(name: str) -> None:
         title = f"{controller.name}: a controller of your own"
         hint = f"Fly it: skylimb run --controller {name}"
     else:
-        from skylimb.control.preset import ROBOTS, preset_from_mapping, preset_mapping
+        from skylimb.control.preset import preset_from_mapping, preset_mapping
         from skylimb.control.preset_keys import preset_tables
 
         mapping, path = preset_mapping(name)
         preset = preset_from_mapping(mapping, path)
-        tables = list(preset_tables(preset, mapping.get(ROBOTS)))
+        tables = list(preset_tables(preset, mapping))
         title = f"{preset.name}: {preset.description}"
         setting = f"--set controller.{key_tables.example(tables)}"
         hint = f"Change a key: skylimb run --controller {name} {setting}"

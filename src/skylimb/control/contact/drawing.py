@@ -31,14 +31,14 @@ from skylimb.control.estimation.friction import (
 from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.needs import Needs
 from skylimb.control.press import EASED, LOADING, UNLOADING
-from skylimb.control.records import ContactView, LawInput
-from skylimb.symbolic import clip, cross, dot, vector, where
+from skylimb.control.records import ContactView, LawInput, Reference
+from skylimb.symbolic import clip, cross, dot, min, norm, sqrt, vector, where
 
 PROVIDES = (*following.PROVIDES, "contact.across", "contact.landing", "contact.own_speed", "contact.ramp")
 REQUIRES, OPTIONAL = following.REQUIRES, following.OPTIONAL
 
-AHEAD = 0.05
-"""How long before the end of a stroke the path rests, s on the mission's clock."""
+AHEAD, SEEN = 0.05, 1.5
+"""How long before the end of a stroke the path rests, and how long before that is known, on its clock, s."""
 
 GOES, LANDING_TIME = 0.005, 0.3
 """Speed of a path that goes on, m/s; time constant in which a landing is over then, s."""
@@ -107,7 +107,7 @@ class State(NamedTuple):
 
 def needs(gains: Gains) -> Needs:
     """It sets the pace, and looks ahead for the end of a stroke."""
-    return replace(following.needs(gains), preview=(AHEAD,))
+    return replace(following.needs(gains), preview=(AHEAD, SEEN))
 
 
 def initial_state(gains: Gains, start: Start) -> State:
@@ -147,16 +147,17 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     retreating = is_in(inner.machine.state, RETREAT)
     place = where(leaving > 0.5, here, where(retreating > 0.5, back, inner.axis_position))
     velocity = where(leaving > 0.5, 0.0, where(retreating > 0.5, velocity, view.axis_velocity))
-    # The path rests at the end of a stroke until the press has gone.
-    pace = where(ends * engaged * (1.0 - ending) > 1e-9, 0.0, inner.pace)
+    # Speeds are those of the last tick's pace; divided by it, they are those of the mission's own.
+    own = view.speed / clip(state.following.pace, OWN_PACE, 1.0)
+    # The path rests at the end of a stroke until the press has gone, and comes to rest there in time.
+    pace = min(inner.pace, _in_time(gains, reference, own))
+    pace = where(ends * engaged * (1.0 - ending) > 1e-9, 0.0, pace)
     pace = where(off > 0.5, 1.0, pace)
     begun = clip(loaded, gains.least_pace, 1.0)
     pace = where(view.engaged * where(pace > begun, 1.0, 0.0) > 0.5, begun, pace)
     inner = inner._replace(axis_position=place, pace=pace)
     goes = view.engaged * where(view.speed > GOES, inputs.dt / LANDING_TIME, 0.0)
     landing = state.landing * (1.0 - goes)
-    # Speeds are those of the last tick's pace; divided by it, they are those of the mission's own.
-    own = view.speed / clip(state.following.pace, OWN_PACE, 1.0)
     view = view._replace(landing=landing * view.engaged, own_speed=own)
     loads = view.engaged * where(loaded < 1.0, 1.0, 0.0) * where(view.reason == EASED, 0.0, 1.0)
     reason = where(loads > 0.5, LOADING, view.reason)
@@ -172,6 +173,18 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     view = view._replace(across=u * across[0] + v * across[1])
     signals = {**signals, "pace": pace, "friction_estimate": friction.friction}
     return State(inner, friction, engaged, leaving, left, loaded, ending, landing), view, signals
+
+
+def _in_time(gains: Any, reference: Reference, own: Any) -> Any:
+    """The pace at which a path of its own speed `own` (m/s) still comes to rest before its stroke ends."""
+    if not reference.ahead:
+        return 1.0
+    end, a = reference.ahead[1], reference.contact_axis
+    way = end.tip_position - reference.tip_position
+    left = clip(norm(way - a * dot(a, way)) - AHEAD * own, 0.0, 1e3)
+    pace = sqrt(2.0 * gains.path_acceleration * left) / (own + 1e-6)
+    ends = reference.touch * (1.0 - end.touch)
+    return where(ends > 0.5, clip(pace, OWN_PACE, 1.0), 1.0)
 
 
 def _leaving(gains: Any, state: State, machine: MachineState) -> Any:
