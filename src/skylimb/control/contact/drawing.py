@@ -179,7 +179,7 @@ def _in_time(gains: Any, reference: Reference, own: Any) -> Any:
     """The pace at which a path of its own speed `own` (m/s) still comes to rest before its stroke ends."""
     if not reference.ahead:
         return 1.0
-    end, a = reference.ahead[1], reference.contact_axis
+    end, a = reference.ahead[-1], reference.contact_axis
     way = end.tip_position - reference.tip_position
     left = clip(norm(way - a * dot(a, way)) - AHEAD * own, 0.0, 1e3)
     pace = sqrt(2.0 * gains.path_acceleration * left) / (own + 1e-6)
