@@ -15,12 +15,8 @@ import numpy as np
 
 import skylimb
 
-GAINS = {"on": True, "imu": True, "position": 10.0, "velocity": 10.0, "attitude": 10.0}
-IMU = {
-    **{f"controller.estimation.smoothing.{name}": value for name, value in GAINS.items()},
-    "controller.estimation.angle_rates.bandwidth": 20.0,
-}
-ROTORS = {"plant.rotors": "speed", "plant.rotor_inertia": 2e-4, "approach.doubtful": "fly"}
+IMU = {"controller.estimation.smoothing.imu": True}
+"""The presets say which gains they have then."""
 LOST = 12.0
 """When the motion capture is lost, s: the pen slides."""
 
@@ -33,7 +29,7 @@ def whole(controller: str, draws: int, more: dict[str, Any]) -> str:
     """Medians of whole flights: what thrusts jump by a tick, the force's deviation, losses, line."""
     rows, names = [], ("contact_force_normal_std", "contact_losses", "pen_line_rms")
     for seed in range(draws):
-        run = flown(controller, seed, {**ROTORS, **more})
+        run = flown(controller, seed, more)
         if not run.failed:
             jump = np.sqrt(np.mean(np.diff(run.log.thrusts_command.values, axis=0) ** 2))
             rows.append([jump, *(run.metrics[name] for name in names)])
