@@ -21,6 +21,7 @@ from skylimb.flight.realtime.fly_on_clock import ClockedFlight
 from skylimb.flight.realtime.fly_robot import fly_robot
 from skylimb.flight.realtime.link import Datagram
 from skylimb.flight.realtime.pacer import Pacer
+from skylimb.flight.realtime.preflight import StartLimits
 from skylimb.flight.realtime.simulated_robot import SimulatedRobot, serve_plant
 from skylimb.flight.realtime.udp import UdpLink, address_of
 from skylimb.flight.takeoff import take_off
@@ -69,6 +70,7 @@ def flown(
     before: Callable[[int, SimulatedRobot, End], None] = lambda k, robot, end: None,
     changes: Mapping[str, Any] = MappingProxyType({}),
     spoil: Callable[[dict[str, Any]], None] = lambda fields: None,
+    start: StartLimits | None = None,
 ) -> tuple[ClockedFlight, SimulatedRobot]:
     there, back = deque[bytes](), deque[bytes]()
     near, far = End(there, back, "robot"), End(back, there, "us")
@@ -86,7 +88,9 @@ def flown(
             return super().receive(most)
 
     link = Greeting(near.coming, near.leaving, "robot")
-    return fly_robot(link, "paper", controller, {**HOLD, **changes}, pacer=clock, listen=0.0), robot
+    return fly_robot(
+        link, "paper", controller, {**HOLD, **changes}, pacer=clock, listen=0.0, start=start
+    ), robot
 
 
 @pytest.mark.parametrize("controller", ["hybrid", "following"])
@@ -226,3 +230,15 @@ def test_a_check_commands_nothing(capsys: pytest.CaptureFixture[str]) -> None:
     for name in ("attitude", "motion", "fence", "age of state", "clock of state", "disk"):
         assert f"ok  {name}: " in said
     assert main(["fly", "paper", "--realtime", "--check"]) == 2
+
+
+def test_a_robot_that_leaves_its_fence_is_led_back_and_down() -> None:
+    """Its centre of gravity is at x = 0.385 m, and touches at 0.42 m."""
+    fence = ((-1.0, 0.4), (-1.0, 1.0), (-1.0, 2.0))
+    over, _ = flown(start=StartLimits(fence=fence))
+    assert over.run.cause == "beyond the fence: x = 0.40 m is outside of -1 .. 0.4 m"
+    log = over.run.log
+    assert log.retreating.values[-1] == 1.0
+    assert log.cog_position_estimate.values[-1, 0] < 0.25
+    with pytest.raises(ConfigError, match=r"nothing is flown: fence: x = 0\.39 m is outside"):
+        flown(start=StartLimits(fence=((-1.0, 0.3), *fence[1:])))

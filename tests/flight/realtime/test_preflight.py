@@ -14,10 +14,9 @@ from skylimb.analysis.exchange.body import Body
 from skylimb.apps.ros1.bridge.installation import described_mass
 from skylimb.apps.ros1.bridge.master import MasterWatch
 from skylimb.apps.ros1.profile import profile_topics
-from skylimb.apps.ros1.run import _fence
 from skylimb.base.errors import ConfigError
 from skylimb.base.rotations import rotation_from_rpy
-from skylimb.flight.realtime.preflight import Desk, Measured, StartLimits, checks
+from skylimb.flight.realtime.preflight import Desk, Measured, StartLimits, checks, fence_of
 
 LIMITS = StartLimits(fence=((-2.0, 2.0), (-1.0, 1.0), (0.0, 3.0)))
 I3, Z3 = np.eye(3), np.zeros(3)
@@ -82,10 +81,10 @@ def test_what_lies_on_the_desk_is_refused_by_its_name(change: dict[str, Any], wo
 
 
 def test_a_fence_is_six_numbers_that_rise() -> None:
-    assert _fence((-1, 1, -2, 2, 0, 3)) == ((-1, 1), (-2, 2), (0, 3))
+    assert fence_of((-1, 1, -2, 2, 0, 3)) == ((-1, 1), (-2, 2), (0, 3))
     for wrong in ((-1, 1, -2, 2, 0), (1, -1, -2, 2, 0, 3), (-1, 1, -2, 2, 0, float("nan"))):
         with pytest.raises(ConfigError, match="--fence"):
-            _fence(wrong)
+            fence_of(wrong)
 
 
 def master(monkeypatch: pytest.MonkeyPatch, **answers: Any) -> None:

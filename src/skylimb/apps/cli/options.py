@@ -48,6 +48,9 @@ Calibration = Annotated[
         "FILE",
     ),
 ]
+Fence = Annotated[
+    tuple[float, ...], arg("Where the robot may fly, m: least and greatest x, y and z.", "M ...")
+]
 Out = Annotated[str, arg("New folder for the results; by default a fresh one below out/.", "DIR")]
 Video = Annotated[
     bool, arg("Whether to draw the video too, which takes longer than all the rest; the report moves.")

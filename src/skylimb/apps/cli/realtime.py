@@ -12,6 +12,7 @@ from skylimb.apps.cli.options import (
     Calibration,
     Controller,
     Experiment,
+    Fence,
     Out,
     Seed,
     Settings,
@@ -41,6 +42,7 @@ def fly(
     ] = "127.0.0.1:0",
     serve: Annotated[str, arg("Be the robot instead: the simulated plant listens here.", "HOST:PORT")] = "",
     anywhere: Annotated[bool, arg("Whether an address may be another machine's.")] = False,
+    fence: Fence = (),
     check: Annotated[bool, arg("Look at the robot of --udp, and command nothing.")] = False,
     overruns: Annotated[
         int | None, arg("Ticks in a row without a new command before the robot retreats; 100.", "N")
@@ -72,8 +74,11 @@ def fly(
     chosen = [name for name, given in ways.items() if given]
     if len(chosen) != 1:
         raise ConfigError("fly needs one of --realtime, --udp HOST:PORT and --serve HOST:PORT")
-    if check and not udp:
-        raise ConfigError("--check looks at a robot: it is for --udp HOST:PORT")
+    if (check or fence) and not udp:
+        raise ConfigError("--check and --fence are for a robot: they need --udp HOST:PORT")
+    from skylimb.flight.realtime.preflight import StartLimits, fence_of
+
+    start = StartLimits(fence=fence_of(fence)) if fence else StartLimits()
     settings = (set or {}) | ({} if seed is None else {"seed": seed})
     from skylimb.flight.realtime.udp import UdpLink, address_of
 
@@ -93,7 +98,7 @@ def fly(
 
         link = UdpLink(address_of(listen, anywhere), address_of(udp, anywhere))
         try:
-            found = check_robot(link, experiment, settings, calibration=calibration)
+            found = check_robot(link, experiment, settings, calibration=calibration, start=start)
         finally:
             link.close()
         print(*(one.line for one in found), sep="\n")
@@ -123,7 +128,7 @@ def fly(
             try:
                 return fly_robot(
                     link, experiment, controller, settings, limits, progress=report,
-                    calibration=calibration, recorder=recorder,
+                    calibration=calibration, recorder=recorder, start=start,
                 )  # fmt: skip
             finally:
                 link.close()

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from skylimb.apps.cli import output
 from skylimb.apps.cli.arguments import arg
-from skylimb.apps.cli.options import Calibration, Settings, new_folder, settings_of, within
+from skylimb.apps.cli.options import Calibration, Fence, Settings, new_folder, settings_of, within
 
 
 def ros(
@@ -36,9 +36,7 @@ def ros(
         bool, arg("That the flight controller may hold no attitude; controller needs it.")
     ] = False,
     calibration: Calibration = None,
-    fence: Annotated[
-        tuple[float, ...], arg("Where the robot may fly, m: least and greatest x, y and z.", "M ...")
-    ] = (),
+    fence: Fence = (),
     pad: Annotated[
         dict[str, Any] | None,
         arg("Other numbers of the radio's land, halt, yaw, up, left, forward.", "NAME=N ...", settings_of),

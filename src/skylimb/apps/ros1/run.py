@@ -40,7 +40,7 @@ from skylimb.flight.loading import parted, plan_flights
 from skylimb.flight.plan import FlightPlan, checked
 from skylimb.flight.realtime.clocked_flight import compiled
 from skylimb.flight.realtime.pacer import Pacer
-from skylimb.flight.realtime.preflight import LOOK, desk_of
+from skylimb.flight.realtime.preflight import LOOK, desk_of, fence_of
 from skylimb.flight.realtime.timing import Timing
 from skylimb.flight.takeoff import simulated
 from skylimb.robots.model import Robot
@@ -192,16 +192,7 @@ def limits_of(fence: Sequence[float], pad: Mapping[str, Any], adopt: str) -> Fli
         ConfigError: where one of them cannot be.
     """
     limits = FlightLimits(adopt=adopt, pad=from_mapping(Pad, pad, "--pad"))
-    return replace(limits, fence=_fence(fence)) if fence else limits
-
-
-def _fence(bounds: Sequence[float]) -> tuple[tuple[float, float], ...]:
-    """The fence of six numbers that rise."""
-    pairs = tuple(zip(bounds[::2], bounds[1::2], strict=False))
-    if len(bounds) != 6 or not all(low < high for low, high in pairs):
-        told = " ".join(f"{bound:g}" for bound in bounds)
-        raise ConfigError(f"--fence {told}: wanted are least and greatest x, y and z, rising")
-    return pairs
+    return replace(limits, fence=fence_of(fence)) if fence else limits
 
 
 def write(flown: Flown, folder: Path) -> list[Path]:

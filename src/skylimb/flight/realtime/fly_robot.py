@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from skylimb.analysis.exchange.body import Bodies
 from skylimb.analysis.exchange.recorder import FlightRecorder
-from skylimb.base.errors import ConfigError, OutputError
+from skylimb.base.errors import ConfigError
 from skylimb.control.controller import Controller
 from skylimb.control.corrections import Calibrated
 from skylimb.control.loop.flight import Flight, flown_mission, mission_signals
@@ -35,10 +33,10 @@ from skylimb.flight.realtime.clocked_flight import (
 )
 from skylimb.flight.realtime.guard import GuardedController
 from skylimb.flight.realtime.link import Link, RemoteVehicle
+from skylimb.flight.realtime.look import Look
 from skylimb.flight.realtime.pacer import Pacer
-from skylimb.flight.realtime.preflight import LOOK, Check, StartLimits, checks, desk_of
+from skylimb.flight.realtime.preflight import LOOK, Check, StartLimits
 from skylimb.flight.recorded_ticks import RecordedTicks
-from skylimb.robots.model import Robot
 
 PATIENCE = 5.0
 """Seconds that the first measurement is waited for."""
@@ -59,6 +57,7 @@ def fly_robot(
     calibration: Calibrated | None = None,
     recorder: FlightRecorder | None = None,
     listen: float = LISTEN,
+    start: StartLimits | None = None,
 ) -> ClockedFlight:
     """Fly the mission of an experiment with a robot that hovers behind a link; at its end the robot lands.
 
@@ -76,6 +75,7 @@ def fly_robot(
         calibration: as of `skylimb.run`.
         recorder: keeps the flight on the disk as it is flown.
         listen: for how long the robot is looked at before it is flown, s.
+        start: with what a flight begins, and the fence that it stays in.
 
     Returns:
         A run without truth and scores: measurements, commands, and all that the controller records.
@@ -91,10 +91,8 @@ def fly_robot(
     vehicle = RemoteVehicle(
         plan.robot, link, clock.clock, lambda time: guard.taken(time - clock.started), plan.needs.imu
     )
-    found = _looked(plan.robot, vehicle, clock, patience, listen, calibration)
-    if wrong := [str(one) for one in found if not one.fine]:
-        raise ConfigError(f"nothing is flown: {'; '.join(wrong)}")
-    flight, whole = _fly(plan, guard, vehicle, clock, progress, recorder)
+    look = Look(plan.robot, vehicle, clock, start or StartLimits(), calibration, patience)
+    flight, whole = _fly(plan, guard, vehicle, clock, progress, recorder, look, listen)
     values = {name: flight.signal(name) for name in flight.layout.slices}
     values |= mission_signals(flown_mission(whole, flight), flight.ticks)
     times = np.arange(flight.ticks) * plan.period
@@ -110,6 +108,8 @@ def _fly(
     clock: Pacer,
     progress: Progress | None,
     recorder: FlightRecorder | None,
+    look: Look,
+    listen: float,
 ) -> tuple[Flight, Mission]:
     """The flight up to its landing, and the mission with time to land."""
     mission, limits = plan.mission, plan.experiment.terminations
@@ -122,6 +122,8 @@ def _fly(
     events = plan.timeline(np.arange(count) * plan.period)
     driver = FreeDriver(guard, vehicle, plan.robot, whole, count, events.gains)
     driver.prepare(guard.rehearsed(driver.first, plan.period))
+    if wrong := [str(one) for one in look.found(listen) if not one.fine]:
+        raise ConfigError(f"nothing is flown: {'; '.join(wrong)}")
     ticks = RecordedTicks(recorder, plan, driver.layout)
     flown, cause, landed_at = 0, "", count
     for k in ticks_on_clock(clock):
@@ -132,7 +134,7 @@ def _fly(
             cause = cause or ("broken off by the guard" if at <= last else "")
         elif at > last or flown >= total:
             guard.retreat()  # the mission is over: land
-        elif lost := _lost(driver, whole, limits, k, at):
+        elif lost := _lost(driver, whole, limits, k, at) or look.outside(driver, k):
             guard.retreat(lost)
             cause = lost
         if flown >= landed_at:
@@ -147,6 +149,7 @@ def check_robot(
     set: Mapping[str, Any] | None = None,
     patience: float = PATIENCE,
     calibration: Calibrated | None = None,
+    start: StartLimits | None = None,
 ) -> list[Check]:
     """Look at a robot for some seconds, and command nothing; arguments are those of `fly_robot`.
 
@@ -155,35 +158,8 @@ def check_robot(
     """
     (plan,) = plan_flights(experiment, (None,), None, set, calibration=calibration)
     clock = Pacer(plan.period)
-    return _looked(
-        plan.robot, RemoteVehicle(plan.robot, link, clock.clock), clock, patience, LOOK, calibration
-    )
-
-
-def _looked(
-    robot: Robot,
-    vehicle: RemoteVehicle,
-    clock: Pacer,
-    patience: float,
-    seconds: float,
-    calibration: Calibrated | None,
-) -> list[Check]:
-    """What is found once measurements have come for some seconds."""
-    begun = heard_at = time.monotonic()
-    clock.start()
-    while vehicle.heard is None or time.monotonic() < heard_at + seconds:
-        if vehicle.heard is None:
-            heard_at = time.monotonic()
-        vehicle.greet()
-        vehicle.measure()
-        if vehicle.heard is None and heard_at > begun + patience:
-            heard = ", ".join(f"{what} {count} times" for what, count in vehicle.counts.items())
-            raise OutputError(f"no measurement came within {patience:g} s ({heard or 'nothing was heard'})")
-        time.sleep(clock.period)
-    file = calibration if isinstance(calibration, str) else None
-    bodies = Bodies(robot, robot.description.imu.link)
-    desk = desk_of(robot, vehicle.heard.mass, file)
-    return [*checks(desk, vehicle.known(bodies.of), StartLimits())]
+    vehicle = RemoteVehicle(plan.robot, link, clock.clock)
+    return Look(plan.robot, vehicle, clock, start or StartLimits(), calibration, patience).found(LOOK)
 
 
 def _lost(driver: FreeDriver, mission: Mission, limits: Terminations, k: int, at: int) -> str:

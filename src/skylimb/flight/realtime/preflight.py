@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import shutil
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skylimb.analysis.exchange.body import Body
+from skylimb.base.errors import ConfigError
 from skylimb.robots.model import Robot
 
 LOOK = 3.0
@@ -61,6 +62,19 @@ class StartLimits:
             if not low <= value <= high:
                 return f"{axis} = {value:.2f} m is outside of {low:g} .. {high:g} m"
         return ""
+
+
+def fence_of(bounds: Sequence[float]) -> tuple[tuple[float, float], ...]:
+    """The fence of six numbers: least and greatest x, y and z.
+
+    Raises:
+        ConfigError: where they are not six, or do not rise.
+    """
+    pairs = tuple(zip(bounds[::2], bounds[1::2], strict=False))
+    if len(bounds) != 6 or not all(low < high for low, high in pairs):
+        told = " ".join(f"{bound:g}" for bound in bounds)
+        raise ConfigError(f"--fence {told}: wanted are least and greatest x, y and z, rising")
+    return pairs
 
 
 class Check(NamedTuple):

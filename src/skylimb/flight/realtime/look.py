@@ -1,0 +1,74 @@
+"""A robot behind a link is looked at: before it is flown, and in flight whether it leaves its fence."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from skylimb.analysis.exchange.body import Bodies
+from skylimb.base.errors import OutputError
+from skylimb.control.corrections import Calibrated
+from skylimb.control.loop.vehicle import MEASURED
+from skylimb.flight.drivers.free import FreeDriver
+from skylimb.flight.realtime.link import RemoteVehicle
+from skylimb.flight.realtime.pacer import Pacer
+from skylimb.flight.realtime.preflight import Check, StartLimits, checks, desk_of
+from skylimb.robots.model import Robot
+
+
+class Look:
+    """What is looked at.
+
+    Args:
+        robot: of the file.
+        vehicle: the robot itself.
+        clock: of the flight.
+        limits: of a start, and the fence.
+        calibration: that it flies with.
+        patience: how long the first measurement is waited for, s.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        vehicle: RemoteVehicle,
+        clock: Pacer,
+        limits: StartLimits,
+        calibration: Calibrated | None,
+        patience: float,
+    ) -> None:
+        self._robot, self._vehicle, self._clock, self._limits = robot, vehicle, clock, limits
+        self._calibration = calibration if isinstance(calibration, str) else None
+        self._patience, self._bodies = patience, Bodies(robot, robot.description.imu.link)
+
+    def found(self, seconds: float) -> list[Check]:
+        """What is found once measurements have come for some seconds.
+
+        Raises:
+            OutputError: when none comes.
+        """
+        vehicle, begun = self._vehicle, time.monotonic()
+        heard_at = begun
+        self._clock.start()
+        while vehicle.heard is None or time.monotonic() < heard_at + seconds:
+            if vehicle.heard is None:
+                heard_at = time.monotonic()
+            vehicle.greet()
+            vehicle.measure()
+            if vehicle.heard is None and heard_at > begun + self._patience:
+                heard = ", ".join(f"{what} {count} times" for what, count in vehicle.counts.items())
+                raise OutputError(
+                    f"no measurement came within {self._patience:g} s ({heard or 'nothing was heard'})"
+                )
+            time.sleep(self._clock.period)
+        desk = desk_of(self._robot, vehicle.heard.mass, self._calibration)
+        return [*checks(desk, vehicle.known(self._bodies.of), self._limits)]
+
+    def outside(self, driver: FreeDriver, k: int) -> str:
+        """How the robot was beyond the fence at tick `k`; empty where it was not, or nobody knows."""
+        row, places = driver.log[k], driver.layout.slices
+        seen = [row[places[name]] for name in MEASURED[:6]]
+        known = bool(np.isfinite(np.hstack(seen)).all())
+        outside = self._limits.outside(self._bodies.of(seen).cog) if known else ""
+        return outside and f"beyond the fence: {outside}"
