@@ -90,6 +90,15 @@ async function start(root, { flights, speed = 1 }) {
     play.setAttribute("aria-label", clock.playing ? "Pause" : "Play");
     if (!clock.playing) sceneView?.adapt(60, false);
   });
+  // On paper a still stands for what moves.
+  const still = element("img", { class: "still", alt: "The flight in three dimensions" });
+  picture.append(still);
+  addEventListener("beforeprint", () => {
+    if (!sceneView) return;
+    sceneView.render();
+    still.src = sceneView.canvas.toDataURL();
+    still.alt = `The flight in three dimensions, ${clock.time.toFixed(2)} s after take-off`;
+  });
   let marked = 0;
   clock.addEventListener("time", () => {
     sceneView?.at(clock.time);

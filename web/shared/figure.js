@@ -6,7 +6,11 @@ import {
 } from "vendor";
 
 export const METRES_PER_NEWTON = { thrust: 0.02, contact: 0.12 };
-const THRUST = 0x2e7d32, CONTACT = 0xb00020, PUSH = 0x1f6fd6;
+const THRUST = 0x2e7d32, PUSH = 0x1f6fd6;
+const HARD = 5; // N from which the colour of a force changes no more
+
+/** The colour of a contact force: blue for none, over green and yellow, to red. */
+export const colourOf = (newtons, colour = new Color()) => colour.setHSL(0.62 * (1 - Math.min(1, newtons / HARD)), 0.85, 0.45);
 
 function geometryOf(shape, meshes) {
   const [a, b, c] = shape.size;
@@ -28,6 +32,7 @@ function geometryOf(shape, meshes) {
   return null;
 }
 
+const Y = new Vector3(0, 1, 0);
 export const quaternionOf = ([w, x, y, z]) => new Quaternion(x, y, z, w);
 
 export class Figure {
@@ -44,7 +49,8 @@ export class Figure {
     this.ghost = false;
     this.arrows = new Group();
     this.thrustArrows = scene.rotors.map(() => this.addArrow(THRUST));
-    this.contactArrow = this.addArrow(CONTACT);
+    this.contactArrow = thickArrow();
+    this.arrows.add(this.contactArrow);
     this.root.add(this.arrows);
     this.tip = new Vector3();
     this.centre = new Vector3();
@@ -121,9 +127,29 @@ export class Figure {
     });
     const [tx, ty, tz, fx, fy, fz] = contact;
     this.tip.set(tx, ty, tz);
-    pointArrow(this.contactArrow, this.tip, new Vector3(fx, fy, fz).multiplyScalar(METRES_PER_NEWTON.contact));
+    this.force = Math.hypot(fx, fy, fz);
+    pointThick(this.contactArrow, this.tip, new Vector3(fx, fy, fz).multiplyScalar(METRES_PER_NEWTON.contact));
+    colourOf(this.force, this.contactArrow.material.color);
     this.centre.copy(this.bodies[1]?.position ?? this.tip).lerp(this.tip, 0.5);
   }
+}
+
+/** An arrow with a body, of length 1 along y until it is pointed somewhere. */
+function thickArrow() {
+  const material = new MeshLambertMaterial(), arrow = new Group();
+  arrow.add(new Mesh(new CylinderGeometry(0.009, 0.009, 1, 12).translate(0, 0.5, 0), material), new Mesh(new CylinderGeometry(0, 0.024, 0.06, 16), material));
+  return Object.assign(arrow, { material, visible: false });
+}
+
+function pointThick(arrow, from, vector) {
+  const length = vector.length(), [shaft, head] = arrow.children, tip = Math.min(0.06, 0.5 * length);
+  arrow.visible = length > 0.01;
+  if (!arrow.visible) return;
+  arrow.position.copy(from);
+  arrow.quaternion.setFromUnitVectors(Y, vector.normalize());
+  shaft.scale.y = length - tip;
+  head.scale.y = tip / 0.06;
+  head.position.y = length - tip / 2;
 }
 
 function pointArrow(arrow, from, vector) {

@@ -20,11 +20,12 @@ export class Lines {
   }
 }
 
-/** An object that draws segments, six numbers each. */
-export function segments(points, colour, width) {
+/** An object that draws segments, six numbers each; with colours of their own, six numbers each, where there are some. */
+export function segments(points, colour, width, colours = null) {
   const geometry = new LineSegmentsGeometry();
   if (points.length) geometry.setPositions(points);
-  const object = new LineSegments2(geometry, new LineMaterial({ color: colour, linewidth: width }));
+  if (colours) geometry.setColors(colours);
+  const object = new LineSegments2(geometry, new LineMaterial({ color: colours ? 0xffffff : colour, linewidth: width, vertexColors: Boolean(colours) }));
   object.frustumCulled = false;
   object.visible = points.length > 0;
   return object;

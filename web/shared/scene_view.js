@@ -1,6 +1,6 @@
 // The canvas: all flights side by side under cameras that move together, or as ghosts in one picture.
 
-import { AmbientLight, Color, DirectionalLight, HemisphereLight, OrbitControls, PerspectiveCamera, Raycaster, Scene, Spherical, Vector2, Vector3, WebGLRenderer } from "vendor";
+import { AmbientLight, Color, DirectionalLight, GridHelper, HemisphereLight, OrbitControls, PerspectiveCamera, Raycaster, Scene, Spherical, Vector2, Vector3, WebGLRenderer } from "vendor";
 
 /** Whether a processor draws, for which smooth edges cost too much. */
 function drawnBySoftware() {
@@ -11,7 +11,9 @@ function drawnBySoftware() {
   return /swiftshader|llvmpipe|software/i.test(name);
 }
 
-const X = new Vector3(1, 0, 0);
+const X = new Vector3(1, 0, 0), UP = new Vector3(0, 0, 1);
+const MARGIN = 0.22; // m around the middle of a link that has to be seen
+export const CELL = 0.5; // m between two lines of the grid
 const SHARE = 0.8; // of the time that pictures drawn by a processor may take: the flight needs it, too
 const LONGEST_REST = 50; // ms
 const DETAILS = [1, 0.65, 0.45]; // points along each side, of 1
@@ -52,6 +54,10 @@ export class SceneView {
     const sun = new DirectionalLight(0xffffff, 1.4);
     sun.position.set(-3, -4, 6);
     scene.add(new HemisphereLight(0xffffff, 0xb0aca4, 1.6), new AmbientLight(0xffffff, 0.7), sun);
+    const grid = new GridHelper(6, 6 / CELL, 0x70757d, 0x70757d).rotateX(Math.PI / 2);
+    grid.position.z = 0.01;
+    Object.assign(grid.material, { transparent: true, opacity: 0.5 });
+    scene.add(grid);
     if (figure) scene.add(figure.root);
     return scene;
   }
@@ -77,13 +83,69 @@ export class SceneView {
     this.stale = true;
   }
 
+  /** The first view, with the whole robot in it. */
   reset() {
+    this.#home();
+    this.unfitted = true;
+    if (this.figures[0].centre.lengthSq()) this.#fit();
+  }
+
+  #home() {
     const [, , , w, h] = this.cells()[0], aspect = (w * this.canvas.clientWidth) / (h * this.canvas.clientHeight || 1);
     const away = Math.min(1.8, Math.max(1, 1.5 / (aspect || 1.5))); // a narrow cell is seen from farther away
     this.controls.target.copy(this.home[1]);
     this.camera.position.copy(this.home[0]).sub(this.home[1]).multiplyScalar(away).add(this.home[1]);
     this.controls.update();
     this.before = null;
+  }
+
+  /** Go away until every link is seen. */
+  #fit() {
+    this.unfitted = false;
+    const { camera, controls } = this, figure = this.figures[this.seen[0]];
+    camera.updateMatrixWorld();
+    const inverse = camera.matrixWorld.clone().invert(), up = Math.tan((camera.fov * Math.PI) / 360);
+    const [, , , w, h] = this.cells()[0], aspect = (w * this.canvas.clientWidth) / (h * this.canvas.clientHeight || 1);
+    let farther = 0;
+    for (const body of figure.bodies.slice(1)) {
+      if (!body.children.length || body.position.z < -10 || figure.surfaceObjects?.includes(body.children[0])) continue;
+      const { x, y, z } = body.position.clone().applyMatrix4(inverse);
+      farther = Math.max(farther, (Math.abs(y) + MARGIN) / up + z, (Math.abs(x) + MARGIN) / (up * aspect) + z);
+    }
+    const arm = new Vector3().subVectors(camera.position, controls.target);
+    camera.position.addScaledVector(arm.normalize(), farther);
+    controls.update();
+    this.stale = true;
+  }
+
+  /** Look from a side: "home", "front" (along the normal), "side", "top", or "pen" from near by. */
+  view(name) {
+    if (name === "home") return this.reset();
+    const figure = this.figures[this.seen[0]], { normal } = figure.scene.surface ?? { normal: [-1, 0, 0] };
+    const out = new Vector3(...normal), side = new Vector3().crossVectors(UP, out).normalize();
+    const [target, arm] = {
+      front: [figure.centre, out.clone().addScaledVector(UP, 0.15)],
+      side: [figure.centre, side.clone().addScaledVector(UP, 0.1)],
+      top: [figure.centre, UP.clone().addScaledVector(out, 0.02)],
+      pen: [figure.tip, out.clone().multiplyScalar(0.5).add(side).addScaledVector(UP, 0.35)],
+    }[name];
+    this.controls.target.copy(target);
+    this.camera.position.copy(target).addScaledVector(arm.normalize(), name === "pen" ? 0.7 : 1.5);
+    this.controls.update();
+    if (name !== "pen") this.#fit();
+    this.stale = true;
+  }
+
+  /** Where a place is seen in the cell of a flight: left and top as parts of the canvas; null where it is not. */
+  placeOf(flight, place) {
+    const cell = this.cells().find(([i]) => i === flight);
+    if (!cell) return null;
+    const [, left, top, w, h] = cell;
+    this.camera.aspect = (w * this.canvas.clientWidth) / (h * this.canvas.clientHeight || 1);
+    this.camera.updateProjectionMatrix();
+    this.camera.updateMatrixWorld();
+    const { x, y, z } = place.clone().project(this.camera);
+    return z < 1 && Math.abs(x) < 1 && Math.abs(y) < 1 ? [left + (w * (x + 1)) / 2, top + (h * (1 - y)) / 2] : null;
   }
 
   /** Turn the view about its centre, rad. */
@@ -110,6 +172,7 @@ export class SceneView {
       this.controls.target.add(moved);
     }
     this.before = centre.clone();
+    if (this.unfitted && this.before.lengthSq()) this.#fit();
     this.stale = true;
   }
 

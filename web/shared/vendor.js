@@ -3,7 +3,7 @@
 
 export {
   AmbientLight, ArrowHelper, BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry, Color,
-  CylinderGeometry, DirectionalLight, DoubleSide, FrontSide, Group, HemisphereLight, LineBasicMaterial,
+  CylinderGeometry, DirectionalLight, DoubleSide, FrontSide, GridHelper, Group, HemisphereLight, LineBasicMaterial,
   LineSegments, Matrix4, Mesh, MeshLambertMaterial, PerspectiveCamera, Plane, PlaneGeometry, Quaternion,
   Raycaster, SRGBColorSpace, Scene, SphereGeometry, Spherical, Vector2, Vector3, WebGLRenderer, WireframeGeometry,
 } from "three";

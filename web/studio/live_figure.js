@@ -1,8 +1,8 @@
 // One live flight in three dimensions: its figure at the newest frame, the reference line, and what the pen has drawn.
 
-import { Group, Matrix4, Quaternion, Vector3 } from "vendor";
+import { Color, Group, Matrix4, Quaternion, Vector3 } from "vendor";
 import { columns, mesh } from "../shared/decode.js";
-import { Figure } from "../shared/figure.js";
+import { Figure, colourOf } from "../shared/figure.js";
 import { Lines, segments } from "../shared/lines.js";
 
 const NOMINAL = 0x555555;
@@ -12,13 +12,13 @@ const TOUCH = 0.05; // N from which the pen draws
 const LIFT = 0.003; // m by which the line stands before the surface
 
 export class LiveFigure extends Figure {
-  static async of(scene, layout) {
+  static async of(scene, layout, alone) {
     const meshes = await Promise.all(scene.meshes.map(mesh));
     const { since, ends } = scene.nominal;
-    return new LiveFigure(scene, meshes, layout, [(await columns(since))[0], await columns(ends)]);
+    return new LiveFigure(scene, meshes, layout, [(await columns(since))[0], await columns(ends)], alone);
   }
 
-  constructor(scene, meshes, layout, nominal) {
+  constructor(scene, meshes, layout, nominal, alone) {
     super(scene, meshes);
     this.layout = layout;
     this.end = Infinity;
@@ -28,10 +28,12 @@ export class LiveFigure extends Figure {
     this.reference = new Group(); // W, as it was when the surface stood where it was at take-off
     this.reference.add(this.nominal.object);
     axesOf(scene.surface).invert().decompose(this.reference.position, this.reference.quaternion, this.reference.scale);
-    this.trace = segments(new Float32Array(6 * MOST), scene.colour, 4);
+    // Alone its line tells the force by its colour; beside another one, whose line it is.
+    this.trace = segments(new Float32Array(6 * MOST), scene.colour, 4, alone ? new Float32Array(6 * MOST) : null);
     this.drawn.add(this.reference, this.trace);
     this.surfaceObjects = this.bodies[scene.body_names.indexOf("surface")]?.children ?? [];
     this.pokeArrow = this.addPush();
+    this.shade = new Color();
     this.poke = null; // {body, point, force}
     this.clear();
   }
@@ -78,12 +80,18 @@ export class LiveFigure extends Figure {
     const place = new Vector3(x, y, z).addScaledVector(new Vector3(fx, fy, fz), LIFT / force)
       .sub(new Vector3(sx, sy, sz)).applyQuaternion(new Quaternion(qx, qy, qz, qw).invert());
     if (this.last && place.distanceTo(this.last) < SPACING) return;
-    if (this.last && this.count < MOST) this.#segment(this.last, place, time);
+    if (this.last && this.count < MOST) this.#segment(this.last, place, time, force);
     this.last = place;
   }
 
-  #segment(from, to, time) {
-    const { data } = this.trace.geometry.attributes.instanceStart;
+  #segment(from, to, time, force) {
+    const { instanceStart, instanceColorStart } = this.trace.geometry.attributes;
+    if (instanceColorStart) {
+      const { r, g, b } = colourOf(force, this.shade);
+      instanceColorStart.data.array.set([r, g, b, r, g, b], 6 * this.count);
+      instanceColorStart.data.needsUpdate = true;
+    }
+    const { data } = instanceStart;
     data.array.set([from.x, from.y, from.z, to.x, to.y, to.z], 6 * this.count);
     data.needsUpdate = true;
     this.times.push(time);

@@ -1,6 +1,6 @@
 // The studio's page: a live flight to see and to touch.
 
-import { button, element, toggle } from "../shared/elements.js";
+import { button, choice, element, toggle } from "../shared/elements.js";
 import { SceneView } from "../shared/scene_view.js";
 import { LiveFigure } from "./live_figure.js";
 import { SurfaceTool } from "./surface_tool.js";
@@ -120,7 +120,7 @@ class Studio {
 
   async #begin({ scene, controls, controllers, number }) {
     const { flights, layout } = scene, names = flights.map(({ name }) => name).join();
-    const figures = await Promise.all(flights.map((flight, i) => LiveFigure.of(flight, layout.flights[i])));
+    const figures = await Promise.all(flights.map((flight, i) => LiveFigure.of(flight, layout.flights[i], flights.length === 1)));
     this.#show(figures, names !== this.names);
     Object.assign(this, { figures, number, names, looking: null });
     this.past.clear();
@@ -173,6 +173,18 @@ class Studio {
     for (const figure of this.figures) figure.draw(frame);
   }
 
+  /** The contact force as a number, beside its arrow. */
+  #readForces() {
+    while (find("felt").children.length < this.figures.length) find("felt").append(element("span"));
+    [...find("felt").children].forEach((label, i) => {
+      const figure = this.figures[i], place = figure?.force > 0.05 && this.sceneView?.placeOf(i, figure.tip);
+      label.hidden = !place;
+      if (!place) return;
+      label.textContent = `${figure.force.toFixed(1)} N`;
+      Object.assign(label.style, { left: `${100 * place[0]}%`, top: `${100 * place[1]}%` });
+    });
+  }
+
   /** Look at a time of the past; null for now. */
   look(time) {
     this.looking = this.charts.looking = time;
@@ -185,9 +197,12 @@ class Studio {
     find("modes").append(...modes);
     find("views").append(
       toggle("Follow", "The camera goes along", false, (on) => { if (this.sceneView) this.sceneView.follow = on; }),
-      Object.assign(toggle("Arrows", "Thrusts (green, 2 cm/N), contact force (red, 12 cm/N)", true, () => this.#arrange()), { id: "arrows" }),
+      Object.assign(toggle("Arrows", "Thrusts (green, 2 cm/N); contact force (12 cm/N) and the pen's line, from blue (0 N) to red (5 N). A cell of the floor is 0.5 m", true, () => this.#arrange()), { id: "arrows" }),
       Object.assign(toggle("Ghosts", "Both flights in one picture", false, () => this.#arrange()), { id: "ghosts" }),
-      button("Home", { title: "The first view" }, () => this.sceneView?.reset()));
+      choice("View", [["", "View"], ["home", "whole robot"], ["front", "front"], ["side", "side"], ["top", "top"], ["pen", "pen"]], "", (name) => {
+        this.sceneView?.view(name);
+        find("views").lastChild.value = "";
+      }));
     find("ghosts").hidden = true;
   }
 
@@ -249,6 +264,7 @@ class Studio {
         this.sceneView?.at(frame[0]);
         this.poke.follow();
         this.timeline.show(this.past.end);
+        this.#readForces();
         this.transport.frame(frame[0], frame[1], !this.state.paused && !this.state.over);
         this.chartsDue = true;
       }

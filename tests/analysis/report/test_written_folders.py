@@ -109,7 +109,9 @@ def test_the_report_is_one_file_that_says_it_all(comparison):
     assert "Z. Luo" in page.text
     for words in ("tilt above 1 rad at t = 5.00 s", "3 of 4 flights finished", "paper 0.134", "seed 3"):
         assert words in page.text
-    assert "skylimb compare paper --controllers pid impedance admittance hybrid --seed 3" in page.text
+    for name in ("pid", "impedance", "admittance", "hybrid"):
+        assert f"skylimb run {name}/config.toml" in page.text
+        assert (comparison / name / "config.toml").is_file()
     assert "nan" not in re.sub(r"[^a-z ]", " ", page.text.lower()).split()
 
 
@@ -376,7 +378,7 @@ def test_a_single_run_can_have_a_report_as_well(make_run, tmp_path):
     write_report(load_runs(folder), folder)
     page = Page((folder / "report.html").read_text())
     assert len(page.all("img")) == 4
-    assert "skylimb run paper --controller hybrid --seed 3" in page.text
+    assert "skylimb run config.toml" in page.text
     with pytest.raises(OutputError, match="does not exist"):
         write_report({}, tmp_path / "nowhere")
 

@@ -61,6 +61,31 @@ def test_it_plays_and_stops_at_the_end(page: sync_api.Page) -> None:
     assert time_shown(page) == pytest.approx(page.evaluate("skylimbReplay.clock.end"))
 
 
+def test_on_paper_a_still_stands_for_the_replay(page: sync_api.Page) -> None:
+    page.evaluate("skylimbReplay.clock.set(1)")
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    page.emulate_media(media="print")
+    still = page.get_by_role("img", name="The flight in three dimensions, 1.00 s after take-off")
+    assert still.is_visible()
+    drawn = still.evaluate(
+        "async (one) => { await one.decode(); const t = { canvas: one }; " + PAINTED + " }"
+    )
+    assert drawn > 20
+    assert not page.locator(".replay .picture > canvas").is_visible()
+
+
+@pytest.mark.parametrize("width", [360, 390])
+def test_nothing_is_clipped_on_a_phone(page: sync_api.Page, width: int) -> None:
+    page.set_viewport_size({"width": width, "height": 844})
+    page.reload()
+    page.wait_for_selector("#replay[data-ready]", timeout=20_000)
+    beyond = page.evaluate(
+        "() => [...document.querySelectorAll('.replay *')].filter((one) => one.checkVisibility()"
+        " && one.getBoundingClientRect().right > innerWidth + 1).map((one) => one.outerHTML.slice(0, 99))"
+    )
+    assert beyond == []
+
+
 @pytest.mark.slow
 def test_the_keyboard_moves_the_time(page: sync_api.Page) -> None:
     page.locator(".replay canvas").first.focus()

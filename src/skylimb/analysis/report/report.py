@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -15,6 +16,7 @@ from skylimb.analysis.paper.check import check_claims
 from skylimb.analysis.paper.configuration import not_the_papers
 from skylimb.analysis.paper.numbers import SOURCE, published_beside
 from skylimb.analysis.recording import LOG_FILE, Run
+from skylimb.analysis.report.output import CONFIG_FILE, home
 from skylimb.analysis.scores.axis_names import AxisNames, common_names
 from skylimb.analysis.scores.declared import shown_scores
 from skylimb.analysis.scores.score import Score
@@ -114,7 +116,7 @@ def render_report(
         viewer=viewer_html(runs),
         films=_films(runs, folder, videos_follow),
         videos_follow=videos_follow,
-        command=_command(runs),
+        commands=_commands(runs, folder),
         configs=[(palette.label(name), run.config) for name, run in runs.items()],
         versions=first.versions,
     )
@@ -186,15 +188,11 @@ def _facts(config: Mapping[str, Any]) -> list[tuple[str, str]]:
     return facts
 
 
-def _command(runs: Mapping[str, Run]) -> str:
-    first = next(iter(runs.values()))
-    experiment, seed = first.log.attrs.get("experiment", "paper"), first.log.attrs.get("seed", 0)
-    controllers = " ".join(run.controller for run in runs.values())
-    if _shape(_config(first)) == "drawing":  # its experiment ships under no name
-        experiment = "config.toml"
-    if len(runs) == 1:
-        return f"skylimb run {experiment} --controller {controllers} --seed {seed}"
-    return f"skylimb compare {experiment} --controllers {controllers} --seed {seed}"
+def _commands(runs: Mapping[str, Run], folder: Path) -> list[str]:
+    """What flies each run again that has its configuration there, in the report's folder."""
+    files = [home(folder, name) / CONFIG_FILE for name in runs]
+    there = [file.relative_to(folder).as_posix() for file in files if file.is_file()]
+    return [f"skylimb run {shlex.quote(file)}" for file in there]
 
 
 def _films(runs: Mapping[str, Run], folder: Path, follow: bool) -> list[tuple[str, str]]:

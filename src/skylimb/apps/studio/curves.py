@@ -91,14 +91,14 @@ def panels_of(flight: LiveFlight, axes: Sequence[Direction]) -> list[Panel]:
         "Contact", "", [Curve("touching", "truth", _entry("contact_duty"))], ("in the air", "touching")
     )
     if "contact_state" in slices:
-        contact = Panel("Contact", "", [Curve("state", "truth", _entry("contact_state"))], STATES)
+        contact = Panel("Contact state", "", [Curve("state", "truth", _entry("contact_state"))], STATES)
     return [
         Panel("Pen to path", "mm", along),
         Panel("Pressing force", "N", force),
         contact,
         Panel("Attitude", "deg", list(_attitude(flight))),
         Panel("Thrust", "N", list(_thrusts(flight))),
-        Panel("Centre of gravity error", "mm", errors),
+        Panel("Body to reference", "mm", errors),
         *_angles(flight),
     ]
 
