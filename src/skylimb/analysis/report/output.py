@@ -16,6 +16,7 @@ from pathlib import Path
 
 from skylimb.analysis.recording import LOG_FILE, Run, write_sources
 from skylimb.analysis.report.attempts import Attempts, mark_failed
+from skylimb.analysis.report.places import CONFIG_FILE, home
 from skylimb.analysis.scores.declared import ATTRIBUTE as DECLARED
 from skylimb.analysis.scores.declared import scores_of
 from skylimb.analysis.scores.registry import NUMERIC_KEYS, SCORES
@@ -23,7 +24,6 @@ from skylimb.analysis.scores.user_scores import UserFigure
 from skylimb.base.errors import OutputError, of_an_extra
 from skylimb.base.files import csv_text, new_folder, replace_text, replacing
 
-CONFIG_FILE = "config.toml"
 METRICS_FILE = "metrics.json"
 TABLE_FILE = "metrics.csv"
 REPORT_FILE = "report.html"
@@ -195,11 +195,6 @@ def _into_record(run: Run, file: Path) -> None:
     log = known.log.assign_attrs({DECLARED: declared}) if declared else known.log
     with replacing(file) as aside:
         aside.write_bytes(replace(known, log=log, metrics=run.metrics).content())
-
-
-def home(folder: Path, name: str) -> Path:
-    """Where a run's own files are: the folder itself, or its subfolder in that of a comparison."""
-    return folder if (folder / LOG_FILE).is_file() else folder / name
 
 
 def metrics_table(runs: Mapping[str, Run]) -> str:

@@ -15,8 +15,8 @@ from skylimb.analysis.pages.pages import inlined, render_page
 from skylimb.analysis.paper.check import check_claims
 from skylimb.analysis.paper.configuration import not_the_papers
 from skylimb.analysis.paper.numbers import SOURCE, published_beside
-from skylimb.analysis.recording import LOG_FILE, Run
-from skylimb.analysis.report.output import CONFIG_FILE, home
+from skylimb.analysis.recording import Run
+from skylimb.analysis.report.places import CONFIG_FILE, home
 from skylimb.analysis.scores.axis_names import AxisNames, common_names
 from skylimb.analysis.scores.declared import shown_scores
 from skylimb.analysis.scores.score import Score
@@ -197,9 +197,7 @@ def _commands(runs: Mapping[str, Run], folder: Path) -> list[str]:
 
 def _films(runs: Mapping[str, Run], folder: Path, follow: bool) -> list[tuple[str, str]]:
     """Each video: whose, and its source, which is its bytes or a file beside the page."""
-    places = {name: folder / name / VIDEO_FILE for name in runs}
-    if (folder / LOG_FILE).is_file():
-        places = dict.fromkeys(runs, folder / VIDEO_FILE)
+    places = {name: home(folder, name) / VIDEO_FILE for name in runs}
     there = {name: path for name, path in places.items() if follow or path.is_file()}
     embed = not follow and sum(path.stat().st_size for path in there.values()) <= EMBED_BYTES
     return [

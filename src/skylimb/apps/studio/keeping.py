@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from skylimb.analysis.recording import Run
-from skylimb.analysis.report.output import CONFIG_FILE, home, write_records, write_scores
+from skylimb.analysis.report.output import write_records, write_scores
+from skylimb.analysis.report.places import CONFIG_FILE, home
 from skylimb.analysis.scores.user_scores import scored
 from skylimb.apps.studio.changes import settled_gains
 from skylimb.apps.studio.live_flight import LiveFlight

@@ -69,7 +69,6 @@ def test_the_demonstration_works_word_by_word(tmp_path: Path) -> None:
         wait_for(
             lambda: any(push.force[2] > 0.3 for push in of_kind(session.live.flights[0].experiment, Push))
         )
-        time.sleep(0.5)
         page.mouse.up()
         page.keyboard.up("Shift")
         page.locator(".mark[data-kind=push]").first.wait_for()
@@ -89,8 +88,9 @@ def test_the_demonstration_works_word_by_word(tmp_path: Path) -> None:
         press("button", "Undo")
         wait_for(lambda: not session.live.over and session.live.time > 8.0)
         assert flown_gain(session, GAIN) == good
-        wait_for(lambda: session.live.time > 14.0)
-        _drag_back(page, 3.0)
+        here = session.live.time  # a machine that is slow has pushed for long, so it may be lost again
+        wait_for(lambda: session.live.time > here + 2.0 or session.live.over)
+        _drag_back(page, 1.0)
         before = len(session.branches.ways)
         press("button", "Go on from here")
         wait_for(lambda: len(session.branches.ways) == before + 1)
