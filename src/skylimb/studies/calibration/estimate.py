@@ -7,6 +7,9 @@ Jacobian J of the whitened residuals, their covariance Sigma of an autoregressiv
 information P, it is
 
     (J^T J + P)^-1 (J^T Sigma J + P) (J^T J + P)^-1.
+
+Where the record hardly shows the latency, another way leads to it (`studies.calibration.latency`). The
+covariance then is that of the rest with the latency held, and what the latency takes along.
 """
 
 from __future__ import annotations
@@ -17,6 +20,7 @@ import numpy as np
 from scipy.linalg import solve_toeplitz
 from scipy.signal import lfilter
 
+from skylimb.studies.calibration.latency import by_latency
 from skylimb.studies.calibration.mechanics import root_mass
 from skylimb.studies.calibration.parameters import Parameter, centers, parameters, slices, spreads
 from skylimb.studies.calibration.predictor import Predictor
@@ -173,9 +177,10 @@ def estimate(record: Record) -> Estimate:
         # Parameters that are a little off look like pushes, so levels are found twice.
         noise = _levels(fit, theta, noise)
         theta = _search(fit, theta, noise, settled)
+    theta, along = _by_latency(fit, theta, noise)
     known = fit.filtered(theta, noise)
     predicted = fit.predicted(theta, known)
-    information, covariance = _covariance(fit, predicted)
+    information, covariance = _covariance(fit, predicted, along)
     frames = [one.residuals.any(axis=1) for one in known]
     before = fit.filtered(centers(fit.parameters), noise)
     times = [
@@ -195,8 +200,31 @@ def estimate(record: Record) -> Estimate:
     )
 
 
-def _search(fit: Fit, theta: np.ndarray, noise: Noise, settled: float) -> np.ndarray:
-    """Gauss and Newton's steps until all are small against what the record leaves unknown."""
+def _by_latency(fit: Fit, theta: np.ndarray, noise: Noise) -> tuple[np.ndarray, np.ndarray | None]:
+    """See `studies.calibration.latency`."""
+    center, spread, at = centers(fit.parameters), spreads(fit.parameters), fit.places["latency"].start
+
+    def unlikely(there: np.ndarray) -> float:
+        prior = float(np.sum(((there - center) / spread) ** 2))
+        return fit.likelihood(fit.filtered(there, noise)) + prior
+
+    def search(near: np.ndarray) -> np.ndarray:
+        return _search(fit, near, noise, _ROUGH, held=at)
+
+    belief = float(center[at]), float(spread[at])
+    return by_latency(theta, at, search, unlikely, fit.record.dt, belief)
+
+
+def _search(fit: Fit, theta: np.ndarray, noise: Noise, settled: float, held: int | None = None) -> np.ndarray:
+    """Gauss and Newton's steps until all are small against what the record leaves unknown.
+
+    Args:
+        fit: to the record.
+        theta: to begin with.
+        noise: of the record.
+        settled: part of every spread below which a step is small.
+        held: entry that stays.
+    """
     center, spread = centers(fit.parameters), spreads(fit.parameters)
     for _ in range(_MOST_STEPS):
         known = fit.filtered(theta, noise)
@@ -207,7 +235,9 @@ def _search(fit: Fit, theta: np.ndarray, noise: Noise, settled: float) -> np.nda
         # A poor model is no reason to believe its derivative beyond what the prior bears.
         H = (J * weight[:, None]).T @ J / usual**2 + np.diag(spread**-2)
         slope = (J * weight[:, None]).T @ residuals / usual**2 + (theta - center) / spread**2
-        step = -np.linalg.solve(H, slope)
+        free = np.arange(len(theta)) != held
+        step = np.zeros(len(theta))
+        step[free] = -np.linalg.solve(H[np.ix_(free, free)], slope[free])
         theta = theta + step
         for name, (low, high) in _ALLOWED.items():
             theta[fit.places[name]] = np.clip(theta[fit.places[name]], low, high)
@@ -259,8 +289,17 @@ def _likely(fit: Fit, theta: np.ndarray, noise: Noise) -> tuple[float, Noise]:
     return fit.likelihood(fit.filtered(theta, noise)), noise
 
 
-def _covariance(fit: Fit, predicted: list[Predicted]) -> tuple[np.ndarray, np.ndarray]:
-    """Information of the record and covariance of the estimate, with the colour of the residuals."""
+def _covariance(
+    fit: Fit, predicted: list[Predicted], along: np.ndarray | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Information of the record and covariance of the estimate, with the colour of the residuals.
+
+    Args:
+        fit: to the record.
+        predicted: with the estimate.
+        along: how all goes with a standard deviation of a latency that a profile told, (p,).
+    """
+    at = fit.places["latency"].start
     count = len(spreads(fit.parameters))
     information, coloured = np.zeros((count, count)), np.zeros((count, count))
     for channel in range(MEASURED):
@@ -268,6 +307,8 @@ def _covariance(fit: Fit, predicted: list[Predicted]) -> tuple[np.ndarray, np.nd
         model, power = _autoregression(series)
         for one in predicted:
             J = one.by_parameters[:, channel, :]
+            if along is not None:
+                J = np.where(np.arange(count) == at, 0.0, J)
             information += J.T @ J
             # Sigma = power A^-1 A^-T, so that J^T Sigma J needs A^-T J: the filter run backwards.
             backwards = np.asarray(lfilter([1.0], model, J[::-1], axis=0))
@@ -275,6 +316,9 @@ def _covariance(fit: Fit, predicted: list[Predicted]) -> tuple[np.ndarray, np.nd
     prior = np.diag(spreads(fit.parameters) ** -2)
     inverse = np.linalg.inv(information + prior)
     covariance = inverse @ (coloured + prior) @ inverse
+    if along is not None:
+        covariance[at] = covariance[:, at] = 0.0
+        covariance += np.outer(along, along)
     return information, 0.5 * (covariance + covariance.T)
 
 
