@@ -221,10 +221,10 @@ def test_a_replay_has_the_gains_that_changed(flown: Callable[[str], Run]) -> Non
 
 REFUSED: dict[str, tuple[str, str, dict[str, Any], str]] = {
     "20 N at the ceiling": ("ceiling", "following", {"controller.translation.force": 20.0}, "20 N"),
-    "4.9 N on a slippery slope": (
+    "4.9 N on what is believed a rough surface": (
         "paper",
         "following",
-        {"controller.translation.force": 4.9, "surface.friction": 0.8, "surface.slope": 0.35},
+        {"controller.translation.force": 4.9, "approach.believed_friction": [0.8, 0.8]},
         "4.9 N is too much",
     ),
     "a gain that is not there": (

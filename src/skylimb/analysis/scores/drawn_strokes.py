@@ -37,6 +37,9 @@ from skylimb.analysis.scores.signals import in_contact, in_phase, phase_names, s
 if TYPE_CHECKING:
     import xarray as xr
 
+DRAWN = "drawn"
+"""Where a run's metrics hold what was drawn, for whoever has it already."""
+
 _SHAPE_POINTS = 600
 """Points of a reference line at most where what is allowed is wider than their spacing."""
 _MOST_POINTS = 2000
@@ -191,7 +194,7 @@ def _missed_strokes(run: Run) -> str:
 )
 def line(run: Run) -> dict[str, float]:
     """How faithfully the reference line was drawn; no numbers of a flight that had none."""
-    drawn = drawn_line(run.log)
+    drawn = run.metrics.get(DRAWN) or drawn_line(run.log)
     if drawn is None:
         return dict.fromkeys(_OF_A_LINE, np.nan)
     whole = drawn.whole
@@ -234,12 +237,6 @@ def lift(run: Run) -> dict[str, float]:
     away, step = lifted(log), float(np.diff(log.time.values[:2])[0])
     touch = step * float((away & in_contact(log)).sum())
     return {"time": step * float(away.sum()), "touch_time": touch}
-
-
-def strokes_of(log: xr.Dataset) -> tuple[Stroke, ...]:
-    """The strokes of a flight's line one by one; none where there is no line."""
-    drawn = drawn_line(log)
-    return drawn.strokes if drawn else ()
 
 
 def drawn_line(log: xr.Dataset) -> Drawn | None:

@@ -9,7 +9,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from skylimb.analysis.recording.run import Run
-from skylimb.analysis.scores.drawn_strokes import Stroke, strokes_of
+from skylimb.analysis.scores.drawn_strokes import DRAWN, Stroke, drawn_line
 from skylimb.analysis.scores.force import force_limits
 from skylimb.analysis.scores.registry import METRICS, NUMERIC_KEYS, numbers_of
 from skylimb.analysis.scores.score import Number, Score
@@ -36,7 +36,8 @@ def metrics(log: xr.Dataset) -> dict[str, Any]:
         (`skylimb.analysis.scores.force`); and of a drawing `strokes`, each by itself
         (`skylimb.analysis.scores.drawn_strokes`).
     """
-    run = Run("", "", log)
+    drawn = None if Run("", "", log).failed else drawn_line(log)
+    run = Run("", "", log, {DRAWN: drawn})
     numbers = numbers_of(run, [each for each in METRICS if not each.on_demand])
     found: dict[str, Any] = {
         "status": run.status,
@@ -45,7 +46,7 @@ def metrics(log: xr.Dataset) -> dict[str, Any]:
         "missed": [],
         "checks": {},
         "force_limits": {} if run.failed else force_limits(log),
-        "strokes": [] if run.failed else [_numbers(stroke) for stroke in strokes_of(log)],
+        "strokes": [_numbers(stroke) for stroke in drawn.strokes] if drawn else [],
     }
     scores = [score for each in METRICS for score in each.scores]
     return {**found, **verdict(Run("", "", log, found), scores)}
