@@ -1,4 +1,16 @@
-"""Robots: description files -> kinematics, mass properties, hovering frame and allocation matrix."""
+"""Robots: description files -> kinematics, mass properties, hovering frame and allocation matrix.
+
+What it is for: all that is known of a robot at rest. A URDF and a flight TOML become a `Robot`, whose
+functions take numbers and CasADi symbols alike; and one question, whether it can be held, is asked of any
+posture and push.
+
+Where to start reading: `loader` (from a name or a path to a checked robot), `description` (what its files
+say), `model` (what follows from its angles), `hovering` (the frame {C} and the allocation matrix),
+`equilibrium` (can it be held, how hard can it push), `reaction` (what rotors with an inertia do to lift and
+torque).
+
+It may import `base` alone: no controller, no engine, no record.
+"""
 
 from skylimb.robots.description import (
     GRAVITY,
