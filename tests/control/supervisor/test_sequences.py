@@ -90,8 +90,9 @@ class Flight(RuleBasedStateMachine):
         self.mode = self.halves.mode
         self.command, _ = self.halves.act(wanted)
         assert self.mode in range(len(TABLE.modes))
+        # What a tick works on: whatever was remembered, it begins with numbers.
         known = [part for name, part in MEMORY.slices.items() if not name.startswith("before.")]
-        assert np.isfinite(np.concatenate([self.halves._state[part] for part in known])).all()
+        assert np.isfinite(np.concatenate([self.halves._looked[part] for part in known])).all()
         assert self.mode >= before or (before, self.mode) == (COAST, NORMAL)
 
     def wanted(self, value: float = 10.0) -> Command:
