@@ -13,9 +13,10 @@ import numpy as np
 from skylimb.base.packing import numeric
 from skylimb.control.estimation.momentum_observer import ObserverGains, ObserverState, observe
 from skylimb.control.estimation.records import BodyState
-from skylimb.symbolic import Array, clip, dot, max, min, stack, vector, where, within
+from skylimb.symbolic import Array, clip, dot, exp, max, min, stack, vector, where, within
 
-_FAST = numeric(ObserverGains((30.0, 30.0, 30.0), (30.0, 30.0, 30.0)))
+_RATE = 30.0
+_FAST = numeric(ObserverGains((_RATE, _RATE, _RATE), (_RATE, _RATE, _RATE)))
 
 WHITE = np.array(
     [
@@ -34,9 +35,9 @@ THRESHOLD, UNEXPLAINED, LEAST = 6.0, 0.45, 0.1
 """Size of the whitened residual that is a fault (flights without one reach 4.7), share of its square that a
 loss may leave, and least loss."""
 
-SETTLE = 0.05
-"""Seconds for which a loss has to show before it is made up for: until then the observer knows a part of it,
-and thrust that is asked of a rotor which has none hides how much is gone."""
+SETTLE, BEFORE = 0.02, 0.02
+"""Seconds for which a loss has to show before its share is believed, and for which it has acted at least when
+it begins to show: from then on is known how much of it the observer has seen."""
 
 TARE = 2.0
 """Seconds over which the residual of a flight without fault is averaged."""
@@ -113,9 +114,13 @@ def look(
     here = [explained * where(remain <= least, 1.0, 0.0) * where(share > LEAST, 1.0, 0.0)
             for share, remain in zip(shares, remains, strict=True)]  # fmt: skip
     lost = vector(*(here[i] * shares[i] for i in range(n)))
+    shown = where(max(lost) > 0.0, state.shown + dt, 0.0)
+    settled = within(shown, SETTLE, np.inf)
+    # Of a loss that is known the observer has seen all.
+    first = settled * within(state.left, 1.0, np.inf)
+    lost = clip(lost / (1.0 - first * exp(-_RATE * (shown + BEFORE))), 0.0, 1.0)
     most = max(lost)
-    shown = where(most > 0.0, state.shown + dt, 0.0)
-    left = where(lost * within(shown, SETTLE, np.inf) > 0.0, 1.0 - lost, state.left)
+    left = where(lost * settled > 0.0, 1.0 - lost, state.left)
     time = clip(state.time + dt * fresh, 0.0, TARE + dt)
     weight = fresh * (1.0 - alarm) * dt / time if not isinstance(time, float) or time else 0.0
     mean = state.mean + weight * (residual - state.mean)

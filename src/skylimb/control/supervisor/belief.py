@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from skylimb.base.packing import chosen
 from skylimb.control.estimation.gates import (
     BEYOND,
@@ -17,6 +19,7 @@ from skylimb.control.estimation.momentum_observer import ObserverState
 from skylimb.control.estimation.prediction import differenced, seen, shown
 from skylimb.control.estimation.records import BodyState, Imu, Measurement
 from skylimb.control.estimation.rotor_loss import Loss, Seen, look
+from skylimb.control.estimation.servos import watch_servos
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Watch
 from skylimb.control.supervisor.table import CUT, DESCEND
@@ -40,6 +43,7 @@ class Belief(NamedTuple):
         stale: 1 where the pose is the model's.
         speaks: 1 where there is an IMU that has said anything new of late.
         lost: what rotors seem to have lost.
+        astray: 1 where a joint is not where its servo should have turned it.
     """
 
     measurement: Measurement
@@ -48,6 +52,7 @@ class Belief(NamedTuple):
     stale: Any
     speaks: Any
     lost: Seen
+    astray: Any
 
 
 def believed(
@@ -83,11 +88,16 @@ def believed(
     measured = measured._replace(imu=imu)
     belief = measured._replace(joint_angles=q, vectoring_angles=psi, capture_age=age, **pose)
     prediction, body = seen(robot, prediction, belief, speeds, dt)
+    commanded = stack(watch.command.joint_angles, watch.command.vectoring_angles)
+    servos, astray = watch_servos(robot, watch.servos, commanded, angles, dt)
+    # Where a rotor has lost thrust the others change so fast that their servos give way.
+    astray = astray * within(watch.loss.left, 1.0, np.inf)
     # Rotors: what one of them would explain by its loss.
     loss, lost = watch.loss, Seen(0.0 * watch.loss.left, 0.0, 0.0)
     if limits.losses:
-        # Of frames that are older than the model assumes, a robot that swings looks like one without a rotor.
-        fresh = good * within(measured.capture_age, 0.0, limits.latency + LATE)
+        # A robot that swings, as frames are older than its model assumes, or that bends where nobody sent it,
+        # looks like one without a rotor.
+        fresh = good * within(measured.capture_age, 0.0, limits.latency + LATE) * (1.0 - astray)
         found, lost = look(loss, prediction.observer, body, prediction.thrusts, fresh, dt)
         descending = within(watch.mode, DESCEND, CUT)
         loss, observer = _given_up(limits, loss, found, lost, descending, prediction.observer, body)
@@ -98,8 +108,9 @@ def believed(
         before=measured,
         prediction=prediction,
         loss=loss,
+        servos=servos,
     )
-    return watch, Belief(belief, body, stack(fault, wrong), stale, speaks, lost)
+    return watch, Belief(belief, body, stack(fault, wrong), stale, speaks, lost, astray)
 
 
 def _given_up(

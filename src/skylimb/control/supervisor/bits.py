@@ -36,6 +36,7 @@ def bits_of(limits: Limits, descents: Descents, watch: Watch, belief: Belief) ->
         "doomed": over(belief.lost.lost, limits.dead) * descents.missing(watch.loss.left),
         "lossy": over(belief.lost.lost, limits.lossy),
         "pushed": belief.lost.pushed,
+        "astray": over(belief.astray, 0.5) * watch.started,
         "numb": over(clocks.unfelt, limits.retreat_after),
         "deaf": over(clocks.unheard, limits.deaf_after) * watch.started,
         "silent": over(clocks.without, float(limits.overruns)),

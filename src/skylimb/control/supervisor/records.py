@@ -11,6 +11,7 @@ from skylimb.control.estimation.gates import numbers
 from skylimb.control.estimation.prediction import Prediction, initial_prediction
 from skylimb.control.estimation.records import BodyState, Measurement, zero_measurement
 from skylimb.control.estimation.rotor_loss import Loss, initial_loss
+from skylimb.control.estimation.servos import Servos, initial_servos
 from skylimb.control.missions.reference import Reference, zero_reference
 from skylimb.control.records import Command
 from skylimb.robots.model import Robot
@@ -73,6 +74,7 @@ class Watch(NamedTuple):
         before: measurement of the last tick, as it came.
         prediction: for the next one.
         loss: which rotor has lost thrust.
+        servos: where they should have turned the joints.
         command: that was given last.
         asked: last reference of the mission, at which the flight was broken off.
     """
@@ -84,6 +86,7 @@ class Watch(NamedTuple):
     before: Measurement
     prediction: Prediction
     loss: Loss
+    servos: Servos
     command: Command
     asked: Reference
 
@@ -125,6 +128,7 @@ def initial_watch(robot: Robot, imu: bool = False) -> Watch:
         before=zero_measurement(robot.n_joints, robot.n_vectoring, imu),
         prediction=initial_prediction(robot, low),
         loss=initial_loss(robot.n_rotors),
+        servos=initial_servos(robot),
         command=Command(low, q, psi),
         asked=zero_reference(robot.n_joints, robot.n_vectoring),
     )

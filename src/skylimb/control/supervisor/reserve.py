@@ -3,7 +3,7 @@
 It knows the robot's model, and how much is left of each rotor: thrusts are the least that give lift, roll
 and pitch, weighted by what is left. Yaw gives way first, as three rotors cannot hold it, then lift. Level is
 the attitude in which those thrusts push up: with three rotors it is a lean. Without one of them its
-vectoring angles go where the others carry it, and it keeps to the place that it is to come down at.
+vectoring angles go where the others carry it. While it is seen it keeps to the place where it comes down.
 """
 
 from __future__ import annotations
@@ -29,7 +29,6 @@ from skylimb.symbolic import (
     dot,
     is_symbolic,
     matrix,
-    min,
     norm,
     right_inverse,
     stack,
@@ -54,7 +53,7 @@ LEAD = 2.0
 """How much of a change of thrust is commanded at once, as rotors lag."""
 
 PLACE, RETURN = 0.5, 0.5
-"""How a place is held without a rotor, 1/s, and the greatest speed on the way back to it, m/s."""
+"""How a place is held, 1/s, and the greatest speed on the way back to it, m/s."""
 
 
 def instead(
@@ -75,10 +74,10 @@ def instead(
     back = sight.reference.velocity * where(watch.mode > RETREAT - 0.5, 1.0, 0.0)
     wrench = Wrench(external.force, external.torque)
     left, rotors = watch.loss.left, watch.prediction.thrusts
-    lost = where(min(left) > 0.0, 0.0, 1.0)
+    known = within(watch.clocks.unseen, 0.0, limits.stale_after) * within(watch.mode, DESCEND, CUT)
     astray = sight.reference.position - sight.body.position
     home = vector(*(clip(PLACE * astray[axis], -RETURN, RETURN) for axis in range(2)), 0.0)
-    reserve = reserve_thrusts(sight.body, wrench, back + lost * home, left, rotors, (low, high))
+    reserve = reserve_thrusts(sight.body, wrench, back + known * home, left, rotors, (low, high))
     # A command is repeated for moments only: frozen thrusts lose the flight by themselves.
     holds = within(watch.clocks.without * dt, 0.0, limits.hold_for) * within(watch.mode, 0.0, DESCEND - 0.5)
     least = within(watch.mode, DESCEND + 0.5, CUT) + (1.0 - watch.started)
@@ -117,14 +116,15 @@ def reserve_thrusts(
     # Lift, N, and turns, rad/s^2: yaw that is not given must not turn the robot about another axis.
     spin = right_inverse(model.inertia_C)
     turns = ([0.0, *(spin[i, j] for j in range(3))] for i in range(3))
-    Q, W = matrix([[1.0, 0.0, 0.0, 0.0], *turns]) @ model.allocation_C[2:, :], diagonal(left * left)
-    square: Any = Q @ W @ Q.T + np.diag([0.0, 0.0, 0.0, YAW])
-    thrusts = W @ (Q.T @ right_inverse(square))
-    up = model.allocation_C[:3, :] @ thrusts[:, 0]
+    given = model.allocation_C @ diagonal(left)
+    Q = matrix([[1.0, 0.0, 0.0, 0.0], *turns]) @ given[2:, :]
+    square: Any = Q @ Q.T + np.diag([0.0, 0.0, 0.0, YAW])
+    thrusts = Q.T @ right_inverse(square)
+    up = given[:3, :] @ thrusts[:, 0]
     up, wanted, omega = up / norm(up), body.R_WC.T @ force, body.angular_velocity
     turn = STIFFNESS * cross(up, wanted) / norm(wanted) - DAMPING * (omega - dot(up, omega) * up)
     turn = turn + spin @ (cross(omega, model.inertia_C @ omega) - external.torque)
     aimed = thrusts @ stack(dot(up, wanted) * up[2], turn)
-    total, _ = nearest_in_box(4, aimed.shape[0])(diagonal(COUNTS) @ Q @ diagonal(left), aimed, *limits)
+    total, _ = nearest_in_box(4, aimed.shape[0])(diagonal(COUNTS) @ Q, aimed, *limits)
     total = total if is_symbolic(aimed) else total.full().ravel()
     return clip(made + LEAD * (total - made), limits[0], limits[1])
