@@ -100,7 +100,7 @@ class Catalogue:
             set={SWITCH: False, **self.set, **fault.set, **(self.supervised if supervised else {})},
             vary={**self.vary, **fault.vary},
             measures=(MEASURES,),
-            twins=True,
+            twins="tip" in fault.bounds,
             score="fault_tilt",
             logs=f"worst {len(self.controllers)}",
         )
