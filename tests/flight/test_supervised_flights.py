@@ -139,14 +139,15 @@ def test_a_thrust_that_is_off_at_take_off_sinks_nobody(scale: float) -> None:
     assert abs(off).max() < 0.12
 
 
-@pytest.mark.parametrize(("rotor", "end"), [("rotor3", 3.0), ("rotor1", 4.0)])
-def test_without_a_rotor_it_descends_level_or_its_rotors_stop(rotor: str, end: float) -> None:
+@pytest.mark.parametrize(("rotor", "end", "ticks"), [("rotor3", 3.0, 20), ("rotor1", 4.0, 30)])
+def test_without_a_rotor_it_descends_level_or_its_rotors_stop(rotor: str, end: float, ticks: int) -> None:
+    """Rotor 1 and rotor 4 look much alike, so it takes longer to tell which."""
     lost = {"kind": "rotor", "time": 4.0, "rotor": rotor, "effectiveness": 0.0}
     changes = {**HOLD, "phases.tare": 2.0, "stop_at": 6.0, "events": [lost], "supervisor.on": True}
     log = skylimb.run("paper", "following", set={**changes, "supervisor.losses": True}).log
     modes = log.supervisor_mode.values
     assert not modes[:800].any()
-    assert 0 < int(np.argmax(modes == end)) - 800 < 20
+    assert 0 < int(np.argmax(modes == end)) - 800 < ticks
     assert modes[-1] == end
     if end == 3.0:
         assert log.tilt.values.max() < 0.3
