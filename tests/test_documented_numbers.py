@@ -70,7 +70,7 @@ def test_the_guide_of_following_names_the_presets_values(following: dict[str, An
         (r"bounces off and on gets (#) J each time", ["translation.tank"], 1.0),
         (r"The first touch\*\* is at (#) mm/s", ["contact.approach_speed"], 1e3),
         (r"mu = (#): on a board", ["translation.press_mass_ratio"], 1.0),
-        (r"the edge is near 55 ms with (#) ms assumed", ["estimation.delay.latency"], 1e3),
+        (r"the edge is near 52 ms with (#) ms assumed", ["estimation.delay.latency"], 1e3),
     ],
 )
 def test_the_text_of_following_quotes_the_preset(
