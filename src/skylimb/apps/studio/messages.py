@@ -159,8 +159,11 @@ Commands = (
     | Controllers | Keep | Draw | Scores | TakeOver | Got
 )  # fmt: skip
 
-OF_A_STATE = (Rewind, Undo, Redo, Jump, Set, Back, Surface)
-"""What a page means for the flight that it sees: refused where the flight has become another meanwhile."""
+OF_A_STATE = (Rewind, Jump, Set, Back, Surface)
+"""What a page means for the flight that it sees: refused where the flight has become another meanwhile.
+
+Undo is not: who presses twice means both.
+"""
 
 _DECODER = msgspec.json.Decoder(Commands)
 
