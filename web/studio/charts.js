@@ -147,7 +147,7 @@ export class Charts {
       legend: { live: true, markers: { width: 2, dash: (u, k) => (u.series[k].dash ? "dashed" : "solid") } },
       scales: { x: { time: false }, ...scales },
       axes: [{ ...axis, space: 60, size: 26 },
-        ...units.map((unit, k) => ({ ...axis, scale: scaleOf(unit), side: k ? 1 : 3, size: names.length ? 78 : 50, space: 22, grid: k ? { show: false } : axis.grid, label: units.length > 1 ? unit : undefined, labelSize: 14, labelFont: "11px system-ui",
+        ...units.map((unit, k) => ({ ...axis, scale: scaleOf(unit), side: k ? 1 : 3, size: names.length ? 78 : 50, space: 15, grid: k ? { show: false } : axis.grid, label: units.length > 1 ? unit : undefined, labelSize: 14, labelFont: "11px system-ui",
           ...(names.length ? { splits: () => names.map((_, i) => i), values: (_, splits) => splits.map((value) => names[value].replaceAll("_", " ")) } : {}) }))],
       series: [{ label: "t", value: (_, t) => (t == null ? "–" : `${t.toFixed(2)} s`) }, ...curves.map(({ label, stroke, dash, width, unit }) => ({
         label, stroke, dash, width, scale: scaleOf(unit), points: { show: false }, spanGaps: false,
