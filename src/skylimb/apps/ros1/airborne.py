@@ -72,6 +72,12 @@ class Airborne:
         return self._guard.flown
 
     @property
+    def goes_back(self) -> bool:
+        """Whether it is led aside, away from a surface: until it sinks, a height that stays says nothing."""
+        reference = self.reference
+        return reference is not None and bool(np.any(np.asarray(reference.velocity)[:2]))
+
+    @property
     def end_of_targets(self) -> np.ndarray:
         """Where the targets lead in the end, W, m, (3,)."""
         if not self.lift.lifted:

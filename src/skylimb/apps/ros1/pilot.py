@@ -140,7 +140,7 @@ class Pilot:
         refused = [str(one) for one in self.checks() if not one.fine] if begins else []
         if flight is not None and self.flying.state == FlightState.TAKEOFF:
             target = flight.end_of_targets
-        elif flight is not None and flight.reference is not None:
+        elif flight is not None and flight.reference is not None and not flight.goes_back:
             target = np.asarray(flight.reference.position)
         return Seen(
             inputs.now,

@@ -285,12 +285,14 @@ def _in_takeoff(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str
 
 
 def _in_land(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
+    if seen.position is not None and seen.target is None:  # it does not sink yet
+        return replace(flying, looked=seen.now, height=float(seen.position[2]))
     if seen.now - flying.looked <= limits.landed_time:
         return flying
     if seen.position is None:
         return _in_blind_land(flying, seen, limits, said)
     height = float(seen.position[2])
-    leads = seen.target is not None and height - float(seen.target[2]) > limits.landed_lead
+    leads = height - float(seen.target[2]) > limits.landed_lead
     still = abs(height - flying.height) < limits.landed_way and seen.sinking < limits.landed_speed
     if leads and still:
         return _enter(flying, FlightState.STOP, seen)

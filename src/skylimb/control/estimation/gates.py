@@ -37,7 +37,9 @@ class Gates:
         float,
         Key("s", "of poses that agree with one another, after which a jump is believed", low=0.0, high=60.0),
     ] = 0.2
-    relock_within: Annotated[float, Key("m", "greatest jump that is ever believed", low=0.0, high=1e3)] = 0.5
+    relock_within: Annotated[
+        float, Key("m", "greatest jump that is believed, of a prediction of now", low=0.0, high=1e3)
+    ] = 0.5
     drift: Annotated[
         float, Key("m/s", "how fast a prediction grows uncertain without measurements", low=0.0, high=1e3)
     ] = 0.3
@@ -76,6 +78,7 @@ def relocked(
     seen: Measurement,
     before: Measurement,
     predicted: Measurement,
+    unseen: Any,
     dt: float,
 ) -> tuple[Any, Any]:
     """A fault that is none any more, as a row of poses agrees: the world moved, not the sensor.
@@ -87,6 +90,7 @@ def relocked(
         seen: the measurement.
         before: of the last tick.
         predicted: what the model says.
+        unseen: time since a pose was believed, s: for so long may the prediction have gone astray.
         dt: control period, s.
 
     Returns:
@@ -94,7 +98,7 @@ def relocked(
     """
     way = seen.position - predicted.position
     agrees = within(pose_fault(gates, seen, before, 0.0, 1.0), 0.0, 0.5) * within(fault, JUMP, JUMP)
-    agrees = agrees * within(dot(way, way), 0.0, gates.relock_within**2)
+    agrees = agrees * within(dot(way, way), 0.0, (gates.relock_within + gates.drift * unseen) ** 2)
     strange = where(agrees > 0.5, strange + dt, 0.0)
     return where(strange > gates.relock_after, 0.0, fault), strange
 

@@ -70,7 +70,9 @@ def believed(
     # Pose: as measured where that is near to what the model says, or where a row of them agrees.
     predicted = shown(prediction, robot.at(q, psi), robot.n_joints, speeds)
     fault = pose_fault(limits, measured, predicted, clocks.unseen, watch.started)
-    fault, strange = relocked(limits, fault, clocks.strange, measured, watch.before, predicted, dt)
+    fault, strange = relocked(
+        limits, fault, clocks.strange, measured, watch.before, predicted, clocks.unseen, dt
+    )
     same = where(same_pose(measured, watch.before) > 0.5, clocks.same + dt, 0.0)
     new = within(fault, 0.0, 0.5) * within(same, 0.0, limits.frozen_after) * told.pose
     unseen = where(new > 0.5, 0.0, clocks.unseen + dt)
@@ -88,13 +90,14 @@ def believed(
     measured = measured._replace(imu=imu)
     belief = measured._replace(joint_angles=q, vectoring_angles=psi, capture_age=age, **pose)
     prediction, body = seen(robot, prediction, belief, speeds, dt)
-    commanded = stack(watch.command.joint_angles, watch.command.vectoring_angles)
-    servos, astray = watch_servos(robot, watch.servos, commanded, angles, dt)
-    # Where a rotor has lost thrust the others change so fast that their servos give way.
-    astray = astray * within(watch.loss.left, 1.0, np.inf)
-    # Rotors: what one of them would explain by its loss.
+    # Joints and rotors: where servos should have turned them, and what the loss of one rotor would explain.
+    servos, astray = watch.servos, 0.0
     loss, lost = watch.loss, Seen(0.0 * watch.loss.left, 0.0, 0.0)
     if limits.losses:
+        commanded = stack(watch.command.joint_angles, watch.command.vectoring_angles)
+        servos, astray = watch_servos(robot, servos, commanded, angles, dt)
+        # Where a rotor has lost thrust the others change so fast that their servos give way.
+        astray = astray * within(watch.loss.left, 1.0, np.inf)
         # A robot that swings, as frames are older than its model assumes, or that bends where nobody sent it,
         # looks like one without a rotor.
         fresh = good * within(measured.capture_age, 0.0, limits.latency + LATE) * (1.0 - astray)

@@ -61,7 +61,12 @@ class Limits(Gates):
         int, Key("", "ticks in a row without a new command after which the robot retreats", low=1, high=10**6)
     ] = 100
     losses: Annotated[
-        bool, Key("", "whether lost rotors are looked for; tuned to hydrus_xi_quad with the noise that ships")
+        bool,
+        Key(
+            "",
+            "whether lost rotors and joints astray are looked for; tuned to hydrus_xi_quad with the noise that "
+            "ships",
+        ),
     ] = False
     lossy: Annotated[
         float,

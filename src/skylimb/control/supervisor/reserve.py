@@ -8,7 +8,7 @@ vectoring angles go where the others carry it. While it is seen it keeps to the 
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -37,20 +37,42 @@ from skylimb.symbolic import (
     within,
 )
 
-HOLD, LEAN, LIFT = 2.0, 0.25, (0.7, 1.2)
-"""How a velocity is held, 1/s; greatest sideways and least and greatest vertical force, in weights."""
+LIFT = 0.7, 1.2
+"""Least and greatest vertical force, in weights."""
 
-STIFFNESS, DAMPING = 36.0, 10.0
-"""Of the attitude, 1/s^2 and 1/s: slow enough for the rotors' lag and the sensors' latency."""
+
+class Firmness(NamedTuple):
+    """How firmly it holds.
+
+    Attributes:
+        hold: of a velocity, 1/s.
+        lean: greatest sideways force, in weights.
+        stiffness: of the attitude, 1/s^2.
+        damping: of the attitude, 1/s.
+        lead: how much of a change of thrust is commanded at once, as rotors lag.
+    """
+
+    hold: float
+    lean: float
+    stiffness: float
+    damping: float
+    lead: float
+
+
+WHOLE = Firmness(hold=1.5, lean=0.15, stiffness=25.0, damping=8.0, lead=1.0)
+"""With all rotors: slow enough for a motion capture whose velocity is off by 0.1 m/s."""
+
+MAIMED = Firmness(hold=2.0, lean=0.25, stiffness=36.0, damping=10.0, lead=2.0)
+"""Without one: in 0.2 s it would have tilted by 15 degrees."""
+
+HALF = 0.5
+"""Share of its thrust below which a rotor counts as lost here."""
 
 YAW = 1e-2
 """How readily yaw gives way, (rad/s^2)^2/N^2."""
 
 COUNTS = np.array([0.03, 1.0, 1.0, 1e-3])
 """What 1 N of lift and 1 rad/s^2 of roll, pitch and yaw count where a thrust is at its limit."""
-
-LEAD = 2.0
-"""How much of a change of thrust is commanded at once, as rotors lag."""
 
 PLACE, RETURN = 0.5, 0.5
 """How a place is held, 1/s, and the greatest speed on the way back to it, m/s."""
@@ -107,10 +129,12 @@ def reserve_thrusts(
         limits: of the thrusts, N.
     """
     model, weight = body.model, body.model.mass * body.model.gravity[2]
-    pull = model.mass * HOLD * (velocity - body.velocity) - external.force
+    whole = within(left, HALF, np.inf)
+    firm = Firmness(*(where(whole > 0.5, *pair) for pair in zip(WHOLE, MAIMED, strict=True)))
+    pull, lean = model.mass * firm.hold * (velocity - body.velocity) - external.force, firm.lean * weight
     force = vector(
-        clip(pull[0], -LEAN * weight, LEAN * weight),
-        clip(pull[1], -LEAN * weight, LEAN * weight),
+        clip(pull[0], -lean, lean),
+        clip(pull[1], -lean, lean),
         clip(weight + pull[2], LIFT[0] * weight, LIFT[1] * weight),
     )
     # Lift, N, and turns, rad/s^2: yaw that is not given must not turn the robot about another axis.
@@ -122,9 +146,9 @@ def reserve_thrusts(
     thrusts = Q.T @ right_inverse(square)
     up = given[:3, :] @ thrusts[:, 0]
     up, wanted, omega = up / norm(up), body.R_WC.T @ force, body.angular_velocity
-    turn = STIFFNESS * cross(up, wanted) / norm(wanted) - DAMPING * (omega - dot(up, omega) * up)
+    turn = firm.stiffness * cross(up, wanted) / norm(wanted) - firm.damping * (omega - dot(up, omega) * up)
     turn = turn + spin @ (cross(omega, model.inertia_C @ omega) - external.torque)
     aimed = thrusts @ stack(dot(up, wanted) * up[2], turn)
     total, _ = nearest_in_box(4, aimed.shape[0])(diagonal(COUNTS) @ Q, aimed, *limits)
     total = total if is_symbolic(aimed) else total.full().ravel()
-    return clip(made + LEAD * (total - made), limits[0], limits[1])
+    return clip(made + firm.lead * (total - made), limits[0], limits[1])
