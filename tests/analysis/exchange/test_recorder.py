@@ -80,7 +80,7 @@ def test_a_file_that_cannot_be_written_is_a_fault(
     flown: skylimb.Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     class Full(module.McapStream):
-        def add(self, message: Any) -> None:
+        def add(self, raw: Any) -> None:
             raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(module, "McapStream", Full)

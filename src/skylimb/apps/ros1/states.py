@@ -68,7 +68,7 @@ class Seen:
         now: s.
         position: of the centre of gravity in W, m, (3,); None while nothing fresh is measured.
         sinking: its speed down, m/s.
-        target: of that position, m, (3,).
+        target: of that position, m, (3,); None while it is not led down.
         orders: that came since the last tick, in their order.
         acknowledged: the last command that the flight controller acknowledged since then; None without one.
         battery: charge, per cent; None where nobody says.
@@ -285,13 +285,13 @@ def _in_takeoff(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str
 
 
 def _in_land(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
-    if seen.position is not None and seen.target is None:  # it does not sink yet
-        return replace(flying, looked=seen.now, height=float(seen.position[2]))
+    height = None if seen.position is None else float(seen.position[2])
+    if height is not None and seen.target is None:  # it does not sink yet
+        return replace(flying, looked=seen.now, height=height)
     if seen.now - flying.looked <= limits.landed_time:
         return flying
-    if seen.position is None:
+    if height is None or seen.target is None:
         return _in_blind_land(flying, seen, limits, said)
-    height = float(seen.position[2])
     leads = height - float(seen.target[2]) > limits.landed_lead
     still = abs(height - flying.height) < limits.landed_way and seen.sinking < limits.landed_speed
     if leads and still:
