@@ -1,4 +1,4 @@
-"""A publisher that means no good, as a program: `flood`, `md5` or `battery`, for five seconds."""
+"""A publisher that means no good, as a program: `flood`, `md5` or `battery`, for fifteen seconds."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def main(what: str) -> None:
     message = kind(25.0) if kind is Float32 else kind()
     while not publisher.get_num_connections():
         time.sleep(0.05)
-    end = time.monotonic() + 5.0
+    end = time.monotonic() + 15.0
     while time.monotonic() < end:
         publisher.publish(message)
         time.sleep(pause)
