@@ -59,14 +59,11 @@ class Firmness(NamedTuple):
     lead: float
 
 
-WHOLE = Firmness(hold=1.5, lean=0.15, stiffness=25.0, damping=8.0, lead=1.0)
-"""With all rotors: slow enough for a motion capture whose velocity is off by 0.1 m/s."""
+SOFT = Firmness(hold=1.5, lean=0.15, stiffness=25.0, damping=8.0, lead=1.0)
+"""Slow enough for a motion capture whose velocity is off by 0.1 m/s."""
 
-MAIMED = Firmness(hold=2.0, lean=0.25, stiffness=36.0, damping=10.0, lead=2.0)
-"""Without one: in 0.2 s it would have tilted by 15 degrees."""
-
-HALF = 0.5
-"""Share of its thrust below which a rotor counts as lost here."""
+FIRM = Firmness(hold=2.0, lean=0.25, stiffness=36.0, damping=10.0, lead=2.0)
+"""Where losses are looked for: without a rotor it would have tilted by 15 degrees in 0.2 s."""
 
 YAW = 1e-2
 """How readily yaw gives way, (rad/s^2)^2/N^2."""
@@ -99,7 +96,8 @@ def instead(
     known = within(watch.clocks.unseen, 0.0, limits.stale_after) * within(watch.mode, DESCEND, CUT)
     astray = sight.reference.position - sight.body.position
     home = vector(*(clip(PLACE * astray[axis], -RETURN, RETURN) for axis in range(2)), 0.0)
-    reserve = reserve_thrusts(sight.body, wrench, back + known * home, left, rotors, (low, high))
+    firm = FIRM if limits.losses else SOFT
+    reserve = reserve_thrusts(sight.body, wrench, back + known * home, left, rotors, (low, high), firm)
     # A command is repeated for moments only: frozen thrusts lose the flight by themselves.
     holds = within(watch.clocks.without * dt, 0.0, limits.hold_for) * within(watch.mode, 0.0, DESCEND - 0.5)
     least = within(watch.mode, DESCEND + 0.5, CUT) + (1.0 - watch.started)
@@ -117,6 +115,7 @@ def reserve_thrusts(
     left: Array,
     made: Array,
     limits: tuple[Array, Array],
+    firm: Firmness = SOFT,
 ) -> Array:
     """Thrusts of a tick, N, (n,).
 
@@ -127,10 +126,9 @@ def reserve_thrusts(
         left: share that each rotor has left, (n,).
         made: thrusts that the rotors make now, behind their lag, N, (n,).
         limits: of the thrusts, N.
+        firm: how firmly it holds.
     """
     model, weight = body.model, body.model.mass * body.model.gravity[2]
-    whole = within(left, HALF, np.inf)
-    firm = Firmness(*(where(whole > 0.5, *pair) for pair in zip(WHOLE, MAIMED, strict=True)))
     pull, lean = model.mass * firm.hold * (velocity - body.velocity) - external.force, firm.lean * weight
     force = vector(
         clip(pull[0], -lean, lean),
