@@ -12,13 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from skylimb.analysis.recording import Run
-from skylimb.analysis.scores.drawn_strokes import (
-    Fidelity,
-    drawn_line,
-    fidelity,
-    frechet,
-    lift,
-)
+from skylimb.analysis.scores.drawn_strokes import drawn_line, lift
+from skylimb.analysis.scores.fidelity import Fidelity, fidelity, frechet
 from skylimb.analysis.scores.metrics import metrics
 from skylimb.analysis.scores.pen_line import pen_deviation
 

@@ -3,11 +3,7 @@
 The distance to the nearest point of the reference line forgives a cut corner, a line that is drawn at another
 time, and a stroke that is not there. What stands here does not:
 
-- the **Frechet distance**, the shortest leash between two who walk along the reference line and along the
-  drawn one from end to end, neither ever going back;
-- the **Hausdorff distances** both ways: the place of the reference line that is farthest from anything drawn
-  (what is missing), and the drawn place that is farthest from the line (what is too much);
-- the **lengths** of what was drawn and of what was commanded;
+- the Frechet and Hausdorff distances and the lengths, in its place (`skylimb.analysis.scores.fidelity`);
 - the **touch while lifted**, between two strokes.
 
 **Place and shape** are told apart by the rigid move that lays all strokes together best on their reference.
@@ -28,6 +24,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from skylimb.analysis.recording.run import Run
+from skylimb.analysis.scores.fidelity import Fidelity, fidelity, frechet
 from skylimb.analysis.scores.fit import Allowed, at_most, best_move, extent, feature_sizes, thinned
 from skylimb.analysis.scores.nearest import distances, nearest
 from skylimb.analysis.scores.pen_line import dense, drawn_samples, marks, reference_line
@@ -42,27 +39,6 @@ DRAWN = "drawn"
 
 _SHAPE_POINTS = 600
 """Points of a reference line at most where what is allowed is wider than their spacing."""
-_MOST_POINTS = 2000
-"""Points of each line for the Frechet distance at most; its time grows with their square."""
-
-
-@dataclass(frozen=True)
-class Fidelity:
-    """How faithfully a line was drawn in its place, m. NaN where nothing of it was drawn.
-
-    Attributes:
-        frechet: Frechet distance between the reference line and the drawn one.
-        missing: farthest that a place of the reference line is from what was drawn.
-        stray: farthest that a drawn place is from the reference line.
-        length: of the reference line.
-        drawn: length of what was drawn, tails included.
-    """
-
-    frechet: float
-    missing: float
-    stray: float
-    length: float
-    drawn: float
 
 
 @dataclass(frozen=True)
@@ -302,54 +278,6 @@ def _stroke(placed: Fidelity, wanted: np.ndarray, drawn: list[np.ndarray], allow
     )
 
 
-def fidelity(lines: list[np.ndarray], pieces: list[np.ndarray]) -> Fidelity:
-    """How faithfully some lines were drawn.
-
-    Args:
-        lines: reference, one (n, 2) a stroke, m, in their order.
-        pieces: what was drawn without leaving the surface, (k, 2) each, m, in the order of time.
-    """
-    length = sum(_length(line) for line in lines)
-    if not pieces:
-        return Fidelity(float("nan"), float("nan"), float("nan"), length, 0.0)
-    wanted, drawn = np.vstack([dense(line) for line in lines]), np.vstack(pieces)
-    return Fidelity(
-        frechet(wanted, drawn),
-        float(distances(wanted, drawn).max()),
-        float(distances(drawn, wanted).max()),
-        length,
-        sum(_length(piece) for piece in pieces),
-    )
-
-
-def frechet(first: np.ndarray, second: np.ndarray, unit: np.ndarray | None = None) -> float:
-    """The discrete Frechet distance of two rows of points (n, 2), (m, 2), m; thinned where they are many.
-
-    With d the distances and c the shortest leash up to a pair of points,
-    c_ij = max(d_ij, min(c_i-1,j, c_i-1,j-1, c_i,j-1)). Along a diagonal i + j = k no entry needs another, so
-    each is one operation on arrays, and no matrix is kept. (GEOS, which shapely calls, needs seconds where
-    this needs tenths, and ends the process at some thousand points.)
-
-    Args:
-        first: a line.
-        second: another.
-        unit: in which the leash is measured at each point of the first, (n,); m when absent.
-    """
-    unit = np.ones(len(first)) if unit is None else unit
-    first, second, unit = (at_most(part, _MOST_POINTS) for part in (first, second, unit))
-    n, m = len(first), len(second)
-    # By i; what is not on the diagonal is no way.
-    last, before = np.full(n + 1, np.inf), np.full(n + 1, np.inf)
-    before[0] = -np.inf
-    for k in range(n + m - 1):
-        i = np.arange(max(0, k - m + 1), min(k, n - 1) + 1)
-        apart = np.hypot(*(first[i] - second[k - i]).T) / unit[i]
-        here = np.full(n + 1, np.inf)
-        here[i + 1] = np.maximum(apart, np.minimum(np.minimum(last[i], last[i + 1]), before[i]))
-        last, before = here, last
-    return float(last[n])
-
-
 def stroke_begins(log: xr.Dataset) -> np.ndarray:
     """The sample from which on a touch belongs to each stroke, (strokes,).
 
@@ -377,7 +305,3 @@ def _pieces(samples: np.ndarray, points: np.ndarray) -> Iterator[np.ndarray]:
     for piece in np.split(points, np.flatnonzero(np.diff(samples) > 1) + 1):
         if len(piece):
             yield thinned(piece)
-
-
-def _length(line: np.ndarray) -> float:
-    return float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
