@@ -9,7 +9,8 @@ from hypothesis import settings
 from strict_c import StrictC
 
 # A test says what is right, not how fast: two cores that fly beside it break any deadline now and then.
-# The same cases in every run, so that a change is judged and not luck; `--hypothesis-profile search` draws others.
+# The same cases in every run, so that a change is judged and not luck; `--hypothesis-profile search` draws
+# others.
 settings.register_profile("search", deadline=None)
 settings.register_profile("skylimb", deadline=None, derandomize=True)
 settings.load_profile("skylimb")

@@ -137,8 +137,8 @@ def test_a_line_drawn_backwards_is_not(size):
 @FEW
 @given(SIZES, st.integers(3, 8))
 def test_a_polygon_for_a_circle_is_not(size, sides):
-    # A square in a circle of 10 mm is 1 mm off it, a hexagon in one of 0.15 m is 7 mm, a heptagon in one of 0.4 m is
-    # 20 mm at most: all within what is allowed, so they count as drawn.
+    # A square in a circle of 10 mm is 1 mm off it, a hexagon in one of 0.15 m is 7 mm, a heptagon in one of
+    # 0.4 m is 20 mm at most: all within what is allowed, so they count as drawn.
     sides = min(sides, 3 if size <= 0.015 else 5 if size <= 0.15 else 6 if size <= 0.4 else 8)
     assert "strokes" in missed(judged([circle(size)], [polygon(size, sides)]))
 
