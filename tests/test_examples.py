@@ -13,6 +13,7 @@ EXPECTED = {
     "stepped": ["touched at", "stopped from outside", "pressed with up to"],
     "run": ["hybrid: OK", "error_u_median", "estimated force while in touch"],
     "user_path": ["OK: the pen is "],
+    "user_plant": ["OK: 0.", " N in touch"],
     "user_metric": [" pid: overshoot", " hybrid: overshoot", "rad"],
     "user_controller": ["hybrid: OK", " upright: OK"],
     "user_slope": ["20 degrees, leak as in the paper: OK", "FAILED, lost position", "leak compensated: OK"],

@@ -25,6 +25,9 @@ from .flight.replay.replay import replay as replay
 from .robots.loader import list_robots as list_robots
 from .robots.loader import load_robot as load_robot
 from .robots.model import Robot as Robot
+from .simulation.user_plant import Beginning as Beginning
+from .simulation.user_plant import Drive as Drive
+from .simulation.user_plant import UserPlant as UserPlant
 from .studies.calibration.public import calibrate as calibrate
 from .studies.campaign.public import campaign as campaign
 from .studies.campaign.sweep import sweep as sweep

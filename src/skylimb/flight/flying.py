@@ -92,7 +92,8 @@ def simulated_driver(
     rows = takeoff.fixed_rows if whole else takeoff.rows
     if takeoff.traceable:
         tick = fastest_tick(takeoff, build)
-        return CompiledDriver(tick, world.plant, world.data, rows, world.hooks, world.events.gains)
+        here = world.plant, world.data, rows, world.hooks, world.events.gains
+        return CompiledDriver(tick, *here, advance=world.advance)
     vehicle = simulated_vehicle(takeoff, world, rows.ticks, build)
     return FreeDriver(takeoff.controller, vehicle, world.plant.robot, takeoff.mission, len(rows))
 
@@ -110,4 +111,5 @@ def simulated_vehicle(
     """
     faster = functools.partial(fastest, build=build)
     sensors = takeoff.remembering
-    return SimulatedVehicle(world.plant, world.data, rows, sensors, takeoff.period, world.hooks, faster)
+    here = world.plant, world.data, rows, sensors, takeoff.period, world.hooks, faster, world.advance
+    return SimulatedVehicle(*here)

@@ -17,6 +17,7 @@ from skylimb.flight.loading import Use
 from skylimb.flight.simulated_run import simulated_run, with_origin
 from skylimb.flight.stepped import SteppedFlight
 from skylimb.flight.takeoff import Takeoff, take_off
+from skylimb.simulation.user_plant import UserPlant
 
 Progress = Callable[[str, int, int], None]
 """Called now and then with (controller, ticks flown, ticks in all)."""
@@ -36,6 +37,7 @@ def run(
     use: Sequence[Use] = (),
     calibration: Calibrated | None = None,
     keep: Keep | None = None,
+    plant: UserPlant | None = None,
 ) -> Run:
     """Fly one controller through one experiment.
 
@@ -53,6 +55,7 @@ def run(
             calibration.toml, or what `skylimb.calibrate` returned.
         keep: called with the record before anything is scored; of a flight that Ctrl-C ends, with what was
             flown.
+        plant: a simulator of your own in place of MuJoCo (`UserPlant`).
 
     Returns:
         The run; a flight that is lost has status FAILED and its cause, and no scores. A metric of yours that
@@ -61,7 +64,7 @@ def run(
     Raises:
         SkylimbError: when a flight cannot be flown; nothing has flown then.
     """
-    (takeoff,) = take_off(experiment, (controller,), seed, set, use, calibration)
+    (takeoff,) = take_off(experiment, (controller,), seed, set, use, calibration, plant)
     return _flown(takeoff, progress, keep)
 
 
@@ -71,6 +74,7 @@ def begin(
     seed: int | None = None,
     set: Mapping[str, Any] | None = None,
     calibration: Calibrated | None = None,
+    plant: UserPlant | None = None,
 ) -> SteppedFlight:
     """A flight before its first tick, to be stepped from outside.
 
@@ -79,7 +83,7 @@ def begin(
     Returns:
         A flight with `tick`, `signal` and `finish`; driven to its end it is the flight of `run`.
     """
-    (takeoff,) = take_off(experiment, (controller,), seed, set, calibration=calibration)
+    (takeoff,) = take_off(experiment, (controller,), seed, set, calibration=calibration, plant=plant)
     return SteppedFlight(takeoff)
 
 

@@ -17,6 +17,7 @@ from skylimb.flight.takeoff import Takeoff
 from skylimb.simulation.compiling import compiler_version
 from skylimb.simulation.flight_truth import flight_truth
 from skylimb.simulation.joint_stops import leaning
+from skylimb.simulation.user_plant import plant_name
 
 
 def scored_run(takeoff: Takeoff, flight: Flight, mission: Mission | None = None) -> Run:
@@ -27,7 +28,9 @@ def scored_run(takeoff: Takeoff, flight: Flight, mission: Mission | None = None)
 def with_origin(run: Run, takeoff: Takeoff) -> Run:
     """A simulated run with configuration, versions and scene: what a record that is kept needs."""
     made_with = {"compiler": compiler_version()}
-    notes = [*_moved(takeoff), *_leaning(run, takeoff)]
+    own = takeoff.own_plant
+    flew = [] if own is None else [f"plant '{plant_name(own)}' flew in place of MuJoCo"]
+    notes = [*flew, *_moved(takeoff), *_leaning(run, takeoff)]
     return documented(run, takeoff, notes, made_with, takeoff.plant.scene)
 
 

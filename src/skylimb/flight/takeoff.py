@@ -13,7 +13,15 @@ from skylimb.base.errors import ConfigError
 from skylimb.control.controller import Controller, TraceableController, is_traceable
 from skylimb.control.corrections import Calibrated
 from skylimb.control.supervisor.supervised import Supervised
-from skylimb.flight.events import SensorFault, SurfaceChange, Timeline, require_events, timeline
+from skylimb.flight.events import (
+    OWN_PLANT_KINDS,
+    SensorFault,
+    SurfaceChange,
+    Timeline,
+    require_applied,
+    require_events,
+    timeline,
+)
 from skylimb.flight.events.surface import surface_table
 from skylimb.flight.experiments.experiment import Experiment
 from skylimb.flight.loading import Use, plan_flights
@@ -25,11 +33,18 @@ from skylimb.simulation.rows import FlightRows, flight_rows
 from skylimb.simulation.sensors import SensorConfig
 from skylimb.simulation.surfaces import require_clear
 from skylimb.simulation.tick import CompiledTick, compile_tick, initial_tick_state
+from skylimb.simulation.user_plant import UserPlant, plant_name, require_own
 
 
 @dataclass(frozen=True)
 class Takeoff(FlightPlan):
-    """A flight plan with a simulated plant. Nothing writes into it or into what it holds."""
+    """A flight plan with a simulated plant. Nothing writes into it or into what it holds.
+
+    Attributes:
+        own_plant: a user's simulator that flies in the engine's place.
+    """
+
+    own_plant: UserPlant | None = None
 
     @property
     def plant(self) -> Plant:
@@ -56,8 +71,8 @@ class Takeoff(FlightPlan):
 
     @property
     def compiled(self) -> bool:
-        """Whether the whole tick is compiled, with no law in Python in its middle."""
-        return self.traceable and not self.tick.calls
+        """Whether the whole tick is compiled: no law in its middle and no plant is in Python."""
+        return self.own_plant is None and self.traceable and not self.tick.calls
 
     @property
     def remembering(self) -> SensorConfig:
@@ -119,14 +134,19 @@ class Takeoff(FlightPlan):
         return self._of(Supervised, self.controller, limits) if limits.on else self.controller
 
 
-def simulated(plan: FlightPlan) -> Takeoff:
+def simulated(plan: FlightPlan, own_plant: UserPlant | None = None) -> Takeoff:
     """A plan with its plant, checked against each other.
+
+    Args:
+        plan: what is flown.
+        own_plant: a user's simulator in the engine's place.
 
     Raises:
         ConfigError: when the time step cannot carry the surface's stiffness, now or after an event; or the
-            robot would start inside of the surface, as its servos give way in hover.
+            robot would start inside of the surface, as its servos give way in hover; or a user's plant lacks
+            what the experiment asks for.
     """
-    takeoff = Takeoff(*(getattr(plan, field.name) for field in fields(FlightPlan)))
+    takeoff = Takeoff(*(getattr(plan, field.name) for field in fields(FlightPlan)), own_plant=own_plant)
     _require_takeoff(takeoff)
     return takeoff
 
@@ -135,6 +155,9 @@ def _require_takeoff(takeoff: Takeoff) -> None:
     experiment, start, model = takeoff.experiment, takeoff.start, takeoff.plant.model
     context = takeoff.event_context._replace(plant=takeoff.plant)
     require_events(experiment.events, context, float(takeoff.times[-1]))
+    if takeoff.own_plant is not None:
+        require_own(takeoff.plant, takeoff.own_plant)
+        require_applied(experiment.events, OWN_PLANT_KINDS, f"plant '{plant_name(takeoff.own_plant)}'")
     bodies = [i for i in range(1, model.nbody) if not model.body(i).name.startswith("surface")]
     points = np.vstack([start.xpos[bodies], start.site(TIP_SITE).xpos])
     require_clear(experiment.surface, points, takeoff.robot.description.tip.radius, takeoff.robot.name)
@@ -147,9 +170,12 @@ def take_off(
     set: Mapping[str, Any] | None = None,
     use: Sequence[Use] = (),
     calibration: Calibrated | None = None,
+    plant: UserPlant | None = None,
 ) -> list[Takeoff]:
-    """Simulated flights about to begin, one for each controller; see `plan_flights`."""
-    return [simulated(plan) for plan in plan_flights(experiment, controllers, seed, set, use, calibration)]
+    """Simulated flights about to begin, one for each controller; see `plan_flights` and `simulated`."""
+    return [
+        simulated(plan, plant) for plan in plan_flights(experiment, controllers, seed, set, use, calibration)
+    ]
 
 
 def prepare(experiment: Experiment, robot: Robot, controller: Controller) -> Takeoff:

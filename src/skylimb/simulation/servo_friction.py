@@ -33,10 +33,21 @@ def add_servo_friction(spec: mujoco.MjSpec, joint: str, torque: float) -> None:
 
 def tune_servo_friction(model: mujoco.MjModel) -> None:
     """Write the damping of every friction; call again whenever masses changed (after `mj_setConst`)."""
-    motors = np.flatnonzero(model.actuator_gaintype == int(mujoco.mjtGain.mjGAIN_DCMOTOR))
-    joints = model.actuator_trnid[motors, 0]
-    inertia = 1.0 / model.dof_invweight0[model.jnt_dofadr[joints]]
+    motors, dofs = _brakes(model)
+    inertia = 1.0 / model.dof_invweight0[dofs]
     # In a longer step a joint that is about to stick would be thrown back.
     damping = inertia / max(_STOP_TIME, float(model.opt.timestep))
     # A motor of resistance 1 whose terminals are joined brakes with its constant squared.
     model.actuator_gainprm[motors, 1] = np.sqrt(damping)
+
+
+def servo_brakes(model: mujoco.MjModel) -> dict[int, float]:
+    """The damping c of every friction, N m s/rad, by its joint's place among the velocities."""
+    motors, dofs = _brakes(model)
+    return dict(zip(dofs.tolist(), (model.actuator_gainprm[motors, 1] ** 2).tolist(), strict=True))
+
+
+def _brakes(model: mujoco.MjModel) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers of the motors that stand for dry friction, and their joints' places among the velocities."""
+    motors = np.flatnonzero(model.actuator_gaintype == int(mujoco.mjtGain.mjGAIN_DCMOTOR))
+    return motors, model.jnt_dofadr[model.actuator_trnid[motors, 0]]

@@ -28,9 +28,12 @@ from skylimb.simulation.tick import (
     symbolic_outputs,
 )
 
+Advance = Callable[[mujoco.MjModel, mujoco.MjData, int], None]
+"""Advances the physics by a number of steps: the engine itself, or a user's plant (`PlantSteps`)."""
+
 
 class SimulatedVehicle:
-    """MuJoCo's plant behind the sensors and actuators of the compiled tick.
+    """The plant behind the sensors and actuators of the compiled tick.
 
     Args:
         plant: what flies.
@@ -40,6 +43,7 @@ class SimulatedVehicle:
         dt: control period, s.
         acts: what acts on the plant before a tick's physics.
         faster: makes a function faster that is evaluated at every tick.
+        advance: advances the physics.
     """
 
     def __init__(
@@ -51,10 +55,11 @@ class SimulatedVehicle:
         dt: float,
         acts: Sequence[Callable[[int], None]] = (),
         faster: Callable[[ca.Function], ca.Function] = lambda function: function,
+        advance: Advance = mujoco.mj_step,
     ) -> None:
         check_measured_link(plant)
         self._plant, self._data, self._rows = plant, data, rows
-        self._acts, self._tick = tuple(acts), 0
+        self._acts, self._advance, self._tick = tuple(acts), advance, 0
         robot = plant.robot
         layout = Layout(zero_measurement(robot.n_joints, robot.n_vectoring, sensors.imu.on))
         self._unpack = layout.unpack
@@ -107,7 +112,7 @@ class SimulatedVehicle:
         self._rates[:] = self._next_rates
         for act in self._acts:
             act(self._tick)
-        mujoco.mj_step(self._plant.model, self._data, self._plant.substeps)
+        self._advance(self._plant.model, self._data, self._plant.substeps)
         self._tick += 1
 
     def _take(self, command: Command) -> None:

@@ -15,6 +15,7 @@ from skylimb.simulation.engine_warnings import raised_warnings
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.rows import FlightRows
 from skylimb.simulation.tick import CompiledTick
+from skylimb.simulation.vehicle import Advance
 
 
 class Saved(NamedTuple):
@@ -43,6 +44,7 @@ class CompiledDriver:
         gains: those that change in flight.
         start: the mission's tick of the first row of `rows.references`; above 0 for a flight that goes on
             from its middle.
+        advance: advances the physics.
 
     Attributes:
         tick: flies one tick; gives the whole tick of the mission that comes next.
@@ -60,6 +62,7 @@ class CompiledDriver:
         hooks: Sequence[Hook] = (),
         gains: GainRows | None = None,
         start: int = 0,
+        advance: Advance = mujoco.mj_step,
     ) -> None:
         self.layout, self._model, self._data = tick.signals, plant.model, data
         self.log = np.full((len(rows), tick.signals.size), np.nan)
@@ -68,7 +71,7 @@ class CompiledDriver:
         self.gains = tick.gains.copy()
         # The row of the mission that comes next: as an array, so that a saved one can be put back.
         self._at = np.zeros(1, dtype=int)
-        self.tick = self._bound_tick(tick, plant, rows, tuple(hooks), gains, start)
+        self.tick = self._bound_tick(tick, plant, rows, tuple(hooks), gains, start, advance)
 
     def state(self, k: int) -> np.ndarray:
         """The flat state before tick `k`, the next one to be flown; overwritten two ticks later."""
@@ -104,10 +107,11 @@ class CompiledDriver:
         hooks: tuple[Hook, ...],
         changing: GainRows | None,
         start: int,
+        advance: Advance,
     ) -> Callable[[int], int]:
         """One tick as a function whose every name is local: the fastest that Python has."""
         data, gains, states, log, next_row = self._data, self.gains, self._states, self.log, self._at
-        step, model, substeps = mujoco.mj_step, plant.model, plant.substeps
+        model, substeps = plant.model, plant.substeps
         row, signals = np.zeros(tick.rows.size), np.zeros(tick.signals.size)
         window = tick.window.rows
         reference = np.zeros((window, rows.references.shape[1]))
@@ -136,7 +140,7 @@ class CompiledDriver:
             log[k] = signals
             for hook in hooks:
                 hook(k)
-            step(model, data, substeps)
+            advance(model, data, substeps)
             at = k + 1 if clock is None else int(states[1 - odd][clock]) - start
             next_row[0] = at
             return at + start

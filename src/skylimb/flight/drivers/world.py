@@ -11,6 +11,8 @@ from skylimb.flight.drivers.hooks import Hook, hooks, written_plant
 from skylimb.flight.events import Timeline
 from skylimb.flight.takeoff import Takeoff
 from skylimb.simulation.plant import Plant
+from skylimb.simulation.plant_steps import PlantSteps
+from skylimb.simulation.vehicle import Advance
 
 
 class World(NamedTuple):
@@ -21,12 +23,14 @@ class World(NamedTuple):
         data: its state; it is advanced.
         hooks: what acts on it before a tick's physics.
         events: what happens at every tick.
+        advance: advances the physics.
     """
 
     plant: Plant
     data: mujoco.MjData
     hooks: tuple[Hook, ...]
     events: Timeline
+    advance: Advance = mujoco.mj_step
 
 
 def world(takeoff: Takeoff, times: np.ndarray | None = None) -> World:
@@ -39,4 +43,5 @@ def world(takeoff: Takeoff, times: np.ndarray | None = None) -> World:
     times = takeoff.times if times is None else times
     events = takeoff.timeline(times)
     plant, data = written_plant(takeoff.plant, events), takeoff.data()
-    return World(plant, data, hooks(plant, data, times, events), events)
+    advance = mujoco.mj_step if takeoff.own_plant is None else PlantSteps(plant, data, takeoff.own_plant)
+    return World(plant, data, hooks(plant, data, times, events), events, advance)

@@ -45,6 +45,10 @@ PLANT_KINDS = ALL_KINDS - CONTROLLER_KINDS
 """What a simulated robot can apply, whoever flies it."""
 
 
+OWN_PLANT_KINDS = ALL_KINDS - {SurfaceChange.kind, BodyChange.kind}
+"""What a simulator of a user's own can be told: these change neither its bodies nor its surface."""
+
+
 @dataclass(frozen=True)
 class Timeline:
     """What the events of a flight do at every tick that it may have.
