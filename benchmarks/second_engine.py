@@ -1,0 +1,63 @@
+"""Flights in Drake beside those in MuJoCo, noise and latency off, with steps halved: docs/second_engine.md.
+
+python benchmarks/second_engine.py
+python benchmarks/second_engine.py --flights paper:hybrid --steps 1e-3
+"""
+
+from __future__ import annotations
+
+import argparse
+import runpy
+from pathlib import Path
+
+import numpy as np
+
+import skylimb
+from skylimb.simulation.user_plant import UserPlant
+
+PLANTS = Path(__file__).parents[1] / "examples" / "plants"
+_NOISY = ("position", "velocity", "attitude", "angular_velocity", "joint", "vectoring")
+QUIET = {"sensors.latency": 0.0, **{f"sensors.{name}_noise": 0.0 for name in _NOISY}}
+FLIGHTS = ("free_flight:pid", "paper:pid", "paper:impedance", "paper:admittance", "paper:hybrid")
+MEASURES = (("cog_position", 1e3), ("tip_position", 1e3), ("contact_force", 1e3), ("joint_angles", 1e3))
+"""Signals, and by what they are multiplied for a table: mm, mm, mN, mrad."""
+
+
+def drake() -> UserPlant:
+    """The robot in Drake."""
+    return runpy.run_path(str(PLANTS / "drake_plant.py"))["DrakePlant"]()
+
+
+def differences(name: str, step: float, **changes: object) -> list[float]:
+    """Rms over the whole flight of what differs between the engines, in the units of `MEASURES`.
+
+    Args:
+        name: experiment and controller, with a colon between them.
+        step: of the physics, s.
+        changes: of the experiment.
+    """
+    experiment, controller = name.split(":")
+    asked = {**QUIET, "plant.physics_step": step, **changes}
+    runs = [skylimb.run(experiment, controller, set=asked, plant=plant) for plant in (None, drake())]
+    for run in runs:
+        assert run.status == "OK", run.cause
+    ours, theirs = (run.log for run in runs)
+    away = [(ours[signal].values - theirs[signal].values) * scale for signal, scale in MEASURES]
+    return [float(np.sqrt(np.mean(np.sum(one**2, axis=1)))) for one in away]
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--flights", nargs="*", default=FLIGHTS)
+    parser.add_argument("--steps", nargs="*", type=float, default=(1e-3, 5e-4, 2.5e-4))
+    given = parser.parse_args()
+    print("| flight | step ms | CoG mm | pen mm | force mN | joints mrad |\n|---|---|---|---|---|---|")
+    for name in given.flights:
+        for step in given.steps:
+            numbers = " | ".join(f"{value:.2g}" for value in differences(name, step))
+            print(f"| {name.replace(':', ', ')} | {1e3 * step:g} | {numbers} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,127 @@
+"""Drake as a second engine: the robot built link by link, forces on it, and Drake's own step.
+
+    pip install 'skylimb[drake]'
+    python examples/plants/drake_plant.py
+
+Rotors and contact are forces of skylimb's; the tree of bodies, its joints and its integrator are Drake's.
+"""
+
+# Drake's type stubs refuse plain arrays.
+# pyright: reportArgumentType=false, reportCallIssue=false, reportAttributeAccessIssue=false
+
+import numpy as np
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.math import SpatialForce
+from pydrake.multibody.plant import ExternallyAppliedSpatialForce, MultibodyPlant
+from pydrake.multibody.tree import (
+    FixedOffsetFrame,
+    RevoluteJoint,
+    RigidBody,
+    RotationalInertia,
+    SpatialInertia,
+    WeldJoint,
+)
+from pydrake.systems.analysis import Simulator
+
+import skylimb
+from skylimb import Beginning, Drive
+from skylimb.robots.description import RobotDescription
+
+
+def build(robot: RobotDescription, step: float) -> MultibodyPlant:
+    """The robot as Drake's tree, floating at its root; continuous in time where `step` (s) is 0."""
+    plant = MultibodyPlant(step)
+    for link in robot.links:
+        inertia = link.inertial.inertia
+        moments = RotationalInertia(*np.diag(inertia), inertia[0, 1], inertia[0, 2], inertia[1, 2])
+        mass, com = link.inertial.mass, link.inertial.com
+        plant.AddRigidBody(link.name, SpatialInertia.MakeFromCentralInertia(mass, com, moments))
+    for joint in robot.joints:
+        parent, child = (plant.GetBodyByName(name) for name in (joint.parent, joint.child))
+        place = RigidTransform(RotationMatrix(joint.R), joint.xyz)
+        frames = (parent.body_frame(), child.body_frame())
+        if joint.kind == "fixed":
+            plant.AddJoint(WeldJoint(joint.name, *frames, place))
+        else:
+            at = plant.AddFrame(FixedOffsetFrame(f"{joint.name}_at", frames[0], place))
+            plant.AddJoint(RevoluteJoint(joint.name, at, frames[1], joint.axis, joint.damping))
+    plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, -robot.gravity])
+    plant.Finalize()
+    return plant
+
+
+class DrakePlant:
+    """The robot in Drake, with skylimb's contact."""
+
+    name = "drake"
+
+    def start(self, beginning: Beginning) -> dict[str, np.ndarray]:
+        robot, truth = beginning.robot, beginning.truth
+        self.robot, self.touch, self.plant = robot, beginning.touch, build(robot, beginning.step)
+        self.simulator = Simulator(self.plant)
+        self.context = self.simulator.get_mutable_context()
+        self.root = self.plant.GetBodyByName(robot.root)
+        self.tip = self.plant.GetBodyByName(robot.tip.link)
+        self.links = [self.plant.GetBodyByName(rotor.link) for rotor in robot.rotors]
+        names = [*robot.shape_joints, *robot.vectoring_joints]
+        joints = [self.plant.GetJointByName(name) for name in names]
+        self.angles = [joint.position_start() for joint in joints]
+        self.rates = [joint.velocity_start() for joint in joints]
+        q = np.zeros(self.plant.num_positions())
+        q[:7] = np.concatenate([truth["root_quaternion"], truth["root_position"]])
+        q[self.angles] = np.concatenate([truth["joint_angles"], truth["vectoring_angles"]])
+        self.plant.SetPositions(self.context, q)
+        self.simulator.Initialize()
+        self.step_length = beginning.step
+        return self.truth(np.zeros(3), np.zeros(3))
+
+    def step(self, drive: Drive) -> dict[str, np.ndarray]:
+        plant, context = self.plant, self.context
+        q, v = plant.GetPositions(context), plant.GetVelocities(context)
+        torques = np.zeros(plant.num_velocities())
+        torques[self.rates] = drive.servo_torques(q[self.angles], v[self.rates]) + drive.joint_torques
+        plant.get_applied_generalized_force_input_port().FixValue(context, torques)
+        R = self.root.EvalPoseInWorld(context).rotation().matrix()
+        forces = [applied(self.root, np.zeros(3), drive.force, R @ drive.torque)]
+        for rotor, link, thrust in zip(self.robot.rotors, self.links, drive.thrusts, strict=True):
+            along = thrust * (link.EvalPoseInWorld(context).rotation().matrix() @ rotor.R[:, 2])
+            forces.append(applied(link, rotor.xyz, along, rotor.drag_torque_coefficient * along))
+        X, twist = self.tip.EvalPoseInWorld(context), self.tip.EvalSpatialVelocityInWorld(context)
+        arm = X.rotation().matrix() @ self.robot.tip.position
+        velocity = twist.translational() + np.cross(twist.rotational(), arm)
+        force, point = self.touch(X.translation() + arm, velocity, context.get_time())
+        forces.append(applied(self.tip, X.inverse() @ point, force, np.zeros(3)))
+        plant.get_applied_spatial_force_input_port().FixValue(context, forces)
+        self.simulator.AdvanceTo(context.get_time() + self.step_length)
+        return self.truth(force, point)
+
+    def truth(self, force: np.ndarray, point: np.ndarray) -> dict[str, np.ndarray]:
+        q, v = self.plant.GetPositions(self.context), self.plant.GetVelocities(self.context)
+        n, R = len(self.robot.shape_joints), self.root.EvalPoseInWorld(self.context).rotation().matrix()
+        return {
+            "root_position": q[4:7],
+            "root_quaternion": q[:4],
+            "root_velocity": v[3:6],
+            "root_angular_velocity": R.T @ v[:3],
+            "joint_angles": q[self.angles[:n]],
+            "joint_rates": v[self.rates[:n]],
+            "vectoring_angles": q[self.angles[n:]],
+            "vectoring_rates": v[self.rates[n:]],
+            "contact_force": force,
+            "contact_point": point,
+        }
+
+
+def applied(
+    body: RigidBody, place: np.ndarray, force: np.ndarray, torque: np.ndarray
+) -> ExternallyAppliedSpatialForce:
+    """A force (W) at a place in a body's axes, and a torque (W)."""
+    found = ExternallyAppliedSpatialForce()
+    found.body_index, found.p_BoBq_B = body.index(), place
+    found.F_Bq_W = SpatialForce(torque, force)
+    return found
+
+
+if __name__ == "__main__":
+    run = skylimb.run("paper", controller="hybrid", plant=DrakePlant())
+    print(f"{run.status}: {run.metrics['contact_force_normal_mean']:.2f} N in touch")
