@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+from skylimb.symbolic import where
+
 REASONS = (
     "as commanded", "searching", "waiting", "loading", "unloading", "eased for lag", "saturated",
 )  # fmt: skip
@@ -11,3 +15,8 @@ rests until it is calm. Loading and unloading: the commanded force itself grows 
 the pen leaves. Eased for lag: the law presses less, as the pen is behind its path. Saturated: the law asks
 for what its integral, its energy or the rotors do not give.
 """
+
+
+def wanted_force(along: Any, own: Any) -> Any:
+    """The normal force that is wanted, N: what the path says (`Reference.force`), else the law's own."""
+    return where(along > 0.0, along, own)

@@ -264,8 +264,17 @@ def _seen_from_the_tip(experiment: Experiment, *ways: np.ndarray) -> list[Direct
 
 
 def _hardest(experiment: Experiment, controller: Controller) -> Needs:
-    """What the controller needs, with the greatest force that it commands, also once gains have changed."""
-    needs = needs_of(controller)
+    """What the controller needs, with the greatest force that path, gains and changed gains command."""
+    needs, asked = needs_of(controller), experiment.trajectory.force
+    if asked and not needs.force:
+        warnings.warn(
+            f"controller '{controller.name}' commands no force, so it does not follow trajectory.force = "
+            f"{list(asked)} N; following and drawing do",
+            UserWarning,
+            stacklevel=2,
+        )
+    elif asked:
+        return dataclasses.replace(needs, force=max(asked))
     if not isinstance(controller, Cascade):
         return needs
     changes = (event for event in experiment.events if isinstance(event, GainChange))

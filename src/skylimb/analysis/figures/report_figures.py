@@ -10,6 +10,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from skylimb.analysis.figures import style
+from skylimb.analysis.figures.area import drawn_area
 from skylimb.analysis.figures.boxes import WHISKERS, contact_distributions, sliding_errors
 from skylimb.analysis.figures.drawing import SMOOTHING as FORCE_SMOOTHING
 from skylimb.analysis.figures.drawing import drawn_line
@@ -73,6 +74,16 @@ REPORT_FIGURES = (
         """),
         drawn_line,
         _of_a_drawing,
+    ),
+    ReportFigure(
+        "area",
+        "The drawn area",
+        _flow("""
+            The line of a soft pen is as wide as it presses. Dark: wanted and drawn; blue: wanted, and not
+            drawn; orange: drawn, and not wanted. IoU is the dark area over all three.
+        """),
+        drawn_area,
+        lambda runs: all("reference_width" in run.log for run in runs.values()),
     ),
     ReportFigure(
         "task",

@@ -30,7 +30,7 @@ from skylimb.control.estimation.friction import (
 )
 from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.needs import Needs
-from skylimb.control.press import EASED, LOADING, UNLOADING
+from skylimb.control.press import EASED, LOADING, UNLOADING, wanted_force
 from skylimb.control.records import ContactView, LawInput, Reference
 from skylimb.symbolic import clip, cross, dot, min, norm, sqrt, vector, where
 
@@ -167,7 +167,8 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
 
     path = vector(dot(u, reference.tip_velocity), dot(v, reference.tip_velocity))
     seen = vector(dot(u, estimate.wrench.force), dot(v, estimate.wrench.force))
-    share = view.ease * engaged
+    # Friction grows with the force: where the path says that, it is learnt for each newton.
+    share = view.ease * engaged * wanted_force(reference.force, 1.0)
     friction = follow_friction(gains.friction, state.friction, seen, share, path, inputs.dt)
     across = expected_across(state.friction, share, direction(gains.friction, path))
     view = view._replace(across=u * across[0] + v * across[1])

@@ -24,11 +24,11 @@ import numpy as np
 from skylimb.base.keys import Key, Vector3, configuration
 from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.needs import Needs
-from skylimb.control.press import LOADING, PLAIN
+from skylimb.control.press import LOADING, PLAIN, wanted_force
 from skylimb.control.records import NOTHING, ContactView, LawInput, TipMove
 from skylimb.control.task_frame import task_axes, tip_wrench
 from skylimb.control.windup import unless_short
-from skylimb.symbolic import Array, clip, cross, low_pass, where
+from skylimb.symbolic import Array, clip, cross, low_pass, vector, where
 
 PROVIDES = ("contact.engaged", "contact.normal_force", "contact.tip")
 REQUIRES = ("estimate.body", "estimate.wrench")
@@ -134,7 +134,8 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     met = where(touch > 0.5, 1.0, state.met)
     soft = where(gains.stiffness > 0.0, met, touch)
     turn_soft = where(gains.turn_stiffness > 0.0, met, touch)
-    push = unless_short(soft * felt.force + touch * load * gains.force, R_WT.T @ short.force)
+    force = vector(wanted_force(reference.force, gains.force[0]), gains.force[1], gains.force[2])
+    push = unless_short(soft * felt.force + touch * load * force, R_WT.T @ short.force)
     twist = unless_short(
         turn_soft * felt.torque + touch * load * gains.torque,
         R_WT.T @ (estimate.body.R_WC @ short.torque),
@@ -154,8 +155,8 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
         engaged=touch, normal_force=-felt.force[0], tip=TipMove(place, moved, rotation, turned)
     )
     signals = {
-        "contact_force_reference": gains.force[0] * load * reference.wait,
-        "contact_force_target": gains.force[0] * load * touch,
+        "contact_force_reference": force[0] * load * reference.wait,
+        "contact_force_target": force[0] * load * touch,
         "press_reason": where(reference.wait * where(load < LOADED, 1.0, 0.0) > 0.5, LOADING, PLAIN),
         "tip_force_estimate": felt.force,
         "tip_torque_estimate": felt.torque,

@@ -11,7 +11,8 @@ observer's,
 
     r = f / e - (l - F d'),        l <- l + k r dt,        F <- F - k (r . d') dt,
 
-both only while the path goes on.
+both only while the path goes on. On a path with a force of its own, e is that force in N, and l and F are for
+each newton.
 """
 
 from __future__ import annotations
@@ -25,8 +26,8 @@ from skylimb.symbolic import Array, clip, low_pass, vector, where
 
 MOST = 1.5
 """Bound of l along each axis, and of F, N: a wrong estimate may not push harder than a surface can."""
-_LEAST_SHARE = 0.3
-"""Below that share of the wanted force nothing is learnt."""
+_LEAST_SHARE, _MOST_SHARE = 0.3, 20.0
+"""Below that share of the wanted force nothing is learnt; above 1 it is a force in N."""
 
 
 @configuration
@@ -86,7 +87,7 @@ def follow_friction(
     length = (going[0] ** 2 + going[1] ** 2) ** 0.5
     # A path that begins or turns shows the pen stick rather than slip.
     rate = gains.rate * dt * clip(2.0 * length - 1.0, 0.0, 1.0) * where(share > _LEAST_SHARE, 1.0, 0.0)
-    whole = clip(share, _LEAST_SHARE, 1.0)
+    whole = clip(share, _LEAST_SHARE, _MOST_SHARE)
     error = [seen[i] / whole - state.lean[i] + state.friction * going[i] for i in (0, 1)]
     lean = vector(*(clip(state.lean[i] + rate * error[i], -MOST, MOST) for i in (0, 1)))
     along = error[0] * going[0] + error[1] * going[1]

@@ -101,6 +101,7 @@ def plan_mission(
         touch=touching * contact,
         wait=waiting * contact,
         sliding_axis=np.tile(frame.sliding_u, (count, 1)),
+        force=path.force(clock.since_slide) * contact,
     )
     if not config.excitation.empty:
         duration = max(path.duration, posture.duration)

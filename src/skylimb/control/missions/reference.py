@@ -32,6 +32,7 @@ class Reference(NamedTuple):
         touch: 1 while the tip is to touch, or to go on until it does, else 0.
         wait: 1 while the mission should not go on without touch, else 0.
         sliding_axis: unit vector u of the sliding plane in W, (3,); the other one is contact_axis x u.
+        force: wanted normal force, N; 0 where the path says none, and the controller's own gain counts.
         ahead: the references at later times on the mission's clock, as many as the controller's laws declare
             (`Needs.preview`); they have no `ahead` of their own.
     """
@@ -53,13 +54,14 @@ class Reference(NamedTuple):
     touch: Any
     wait: Any
     sliding_axis: Array
+    force: Any
     ahead: tuple[Reference, ...] = ()
 
 
 def zero_reference(n_joints: int, n_vectoring: int) -> Reference:
     """A reference of zeros, which tells the sizes of all entries."""
     z3, q, psi = np.zeros(3), np.zeros(n_joints), np.zeros(n_vectoring)
-    return Reference(z3, z3, z3, 0.0, 0.0, q, psi, z3, 0.0, 0.0, 0.0, z3, z3, z3, 0.0, 0.0, z3)
+    return Reference(z3, z3, z3, 0.0, 0.0, q, psi, z3, 0.0, 0.0, 0.0, z3, z3, z3, 0.0, 0.0, z3, 0.0)
 
 
 RATES = ("velocity", "tip_velocity")

@@ -30,7 +30,7 @@ _MOST_LETTERS = 500
 
 
 def svg_strokes(source: Source, file: str) -> Strokes:
-    """The outlines in an SVG file, in its units, x to the right and y up.
+    """The outlines in an SVG file, in its units, x to the right and y up, with the widths of their strokes.
 
     Paths, lines, polylines, polygons, circles, ellipses and rectangles, under all transforms; filled shapes
     are drawn as their outlines, invisible ones (neither fill nor stroke) are left out. Curves become straight
@@ -78,6 +78,8 @@ def _lines(content: bytes, what: str) -> list[np.ndarray]:
 def text_strokes(text: str, font: str = "futural") -> Strokes:
     """One line of words in a Hershey font, in the font's units, x to the right and y up.
 
+    As with a pointed pen, what is drawn upward is thin, and what is drawn downward wide: 0 to 1.
+
     Raises:
         MissingExtraError: where the extra for drawings is not installed.
         UnknownNameError: where there is no such font.
@@ -99,4 +101,12 @@ def text_strokes(text: str, font: str = "futural") -> Strokes:
             "it has the printable ASCII characters"
         )
     lines = [np.array(stroke, dtype=float).reshape(-1, 2) for stroke in letters.strokes_for_text(text)]
-    return clean([line * [1.0, -1.0] for line in lines], f"trajectory.text = {text!r}")
+    lines = [_with_widths(line * [1.0, -1.0]) for line in lines if len(line) > 1]
+    return clean(lines, f"trajectory.text = {text!r}")
+
+
+def _with_widths(line: np.ndarray) -> np.ndarray:
+    sides = np.diff(line, axis=0)
+    widths = 0.5 - 0.5 * sides[:, 1] / np.maximum(np.hypot(*sides.T), 1e-9)
+    both = np.concatenate([widths[:1], widths]), np.concatenate([widths, widths[-1:]])
+    return np.column_stack([line, np.mean(both, axis=0)])

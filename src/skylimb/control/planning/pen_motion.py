@@ -39,7 +39,7 @@ class PenMotion:
 
     Attributes:
         duration: s.
-        position: times within the duration to (u, v), m.
+        position: times within the duration to (u, v), m, and the width of the line there, if it has one.
         lifts: for each way between two strokes when the pen starts to leave the surface and when it starts to
             come back, s.
     """
@@ -53,19 +53,20 @@ def pen_motion(strokes: Strokes, speed: float, acceleration: float, lift_time: f
     """Strokes drawn one after another, at rest at both ends of each.
 
     Args:
-        strokes: in the sliding plane, m.
+        strokes: in the sliding plane, m. A width goes along, as smooth as the path.
         speed: largest, m/s.
         acceleration: largest, m/s^2.
         lift_time: how long the path rests before and after the way from stroke to stroke, s.
     """
     from scipy.interpolate import BSpline  # slow to import, and few flights draw
 
-    controls = [strokes.lines[0][:1]] * 3  # at rest to begin with
+    lines = strokes.columns
+    controls = [lines[0][:1]] * 3  # at rest to begin with
     steps = 1
     lifts = []
-    for index, line in enumerate(strokes.lines):
+    for index, line in enumerate(lines):
         if index:
-            before = strokes.lines[index - 1][-1]
+            before = lines[index - 1][-1]
             rest = math.ceil(lift_time / _KNOT - 1e-9)
             way = _timed(np.array([before, line[0]]), speed, acceleration)
             lifts.append((steps, steps + rest + len(way)))
@@ -75,7 +76,7 @@ def pen_motion(strokes: Strokes, speed: float, acceleration: float, lift_time: f
             points = _timed(_rounded(stretch), speed, acceleration)
             controls.append(points)
             steps += len(points)
-    points = np.vstack([*controls, *[strokes.lines[-1][-1:]] * 2])
+    points = np.vstack([*controls, *[lines[-1][-1:]] * 2])
     # The second control point is at time 0, the last but one at the end.
     knots = _KNOT * (np.arange(len(points) + 4) - 3.0)
     return PenMotion(
@@ -87,7 +88,7 @@ def pen_motion(strokes: Strokes, speed: float, acceleration: float, lift_time: f
 
 def _stretches(line: np.ndarray) -> list[np.ndarray]:
     """A stroke cut at its sharp corners."""
-    sides = np.diff(line, axis=0)
+    sides = np.diff(line[:, :2], axis=0)
     headings = np.arctan2(sides[:, 1], sides[:, 0])
     turns = np.abs(wrapped(np.diff(headings)))
     cuts = [0, *(np.flatnonzero(turns > SHARP) + 1).tolist(), len(line) - 1]
@@ -98,7 +99,7 @@ def _rounded(line: np.ndarray) -> np.ndarray:
     """A stretch at an even pitch, its corners rounded by a triangular window over its length; ends stay."""
     from scipy.ndimage import uniform_filter1d  # slow to import, and few flights draw
 
-    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line[:, :2], axis=0), axis=1))])
     pieces = max(math.ceil(way[-1] / _PITCH), 2)
     even = np.linspace(0.0, way[-1], pieces + 1)
     points = np.stack([np.interp(even, way, axis) for axis in line.T], axis=1)
@@ -117,9 +118,9 @@ def _timed(points: np.ndarray, speed: float, acceleration: float) -> np.ndarray:
     """Positions along a stretch every `_KNOT` s, from rest to rest, without the first."""
     if len(points) == 2:
         points = _rounded(points)
-    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    steps = np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1)
     way = np.concatenate([[0.0], np.cumsum(steps)])
-    speeds = _speeds(points, steps, speed, acceleration)
+    speeds = _speeds(points[:, :2], steps, speed, acceleration)
     spent = np.zeros_like(steps)
     np.divide(2.0 * steps, speeds[1:] + speeds[:-1], out=spent, where=steps > 0.0)
     times = np.concatenate([[0.0], np.cumsum(spent)])

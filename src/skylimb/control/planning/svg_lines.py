@@ -32,7 +32,7 @@ _MOST_CURVES = 5_000
 
 
 def svg_lines(content: bytes, what: str) -> list[np.ndarray]:
-    """The outlines in an SVG, (n, 2) each, in its units, x to the right and y up.
+    """The outlines in an SVG, (n, 3) each, in its units: x to the right, y up, and the stroke's width.
 
     Args:
         content: of the file.
@@ -50,7 +50,9 @@ def svg_lines(content: bytes, what: str) -> list[np.ndarray]:
         raise ConfigError(f"{what} is not a readable SVG file: it has no svg element")
     outlines = _outlines(document, what)
     _require_few(outlines, what)
-    rough = [[_points(segment, _look(segment), place) for segment in outline] for outline, place in outlines]
+    rough = [
+        [_points(segment, _look(segment), place) for segment in outline] for outline, place, _ in outlines
+    ]
     points = np.vstack([np.zeros((0, 2)), *(points for part in rough for points in part)])
     if not len(points):
         raise ConfigError(f"{what} has nothing to draw: no visible path or shape in it")
@@ -58,7 +60,7 @@ def svg_lines(content: bytes, what: str) -> list[np.ndarray]:
         raise ConfigError(f"{what} has coordinates that are not finite")
     flatness = _FLATNESS * float(np.ptp(points, axis=0).max())
     lines, count = [], 0
-    for (outline, place), looked in zip(outlines, rough, strict=True):
+    for (outline, place, width), looked in zip(outlines, rough, strict=True):
         line = []
         for each in zip(outline, looked, strict=True):
             line.append(_flattened(*each, flatness, place))
@@ -66,16 +68,21 @@ def svg_lines(content: bytes, what: str) -> list[np.ndarray]:
             if count > 2 * MOST_POINTS:  # where pieces meet, a point stands twice
                 require_drawable(what, 0, count // 2)
         if line:
-            lines.append(np.vstack(line) * [1.0, -1.0])
+            points = np.vstack(line) * [1.0, -1.0]
+            lines.append(np.column_stack([points, np.full(len(points), width)]))
     return lines
 
 
-def _outlines(document: Any, what: str) -> list[tuple[list[Any], Any]]:
-    """The visible outlines: the segments of each, and the transform that places them."""
+_Outline = tuple[list[Any], Any, float]
+"""Its segments, the transform that places them, and the width of its stroke."""
+
+
+def _outlines(document: Any, what: str) -> list[_Outline]:
+    """The visible outlines."""
     from svgelements import Image, Shape, Text
     from svgelements import Path as Outline
 
-    found: list[tuple[list[Any], Any]] = []
+    found: list[_Outline] = []
     for element in document.elements():
         if isinstance(element, Text):
             words = " ".join(str(element.text or "").split())
@@ -87,13 +94,14 @@ def _outlines(document: Any, what: str) -> list[tuple[list[Any], Any]]:
             raise ConfigError(f"{what} has a picture in it, which a pen cannot draw; trace it to paths first")
         if isinstance(element, Shape) and _visible(element):
             outline: Any = Outline(element)
-            found += [(list(part), outline.transform) for part in outline.as_subpaths()]
+            width = float(element.implicit_stroke_width or 0.0)
+            found += [(list(part), outline.transform, width) for part in outline.as_subpaths()]
     return found
 
 
-def _require_few(outlines: list[tuple[list[Any], Any]], what: str) -> None:
-    require_drawable(what, 0, sum(len(outline) for outline, _ in outlines))
-    curves = sum(len(_look(segment)) > 2 for outline, _ in outlines for segment in outline)
+def _require_few(outlines: list[_Outline], what: str) -> None:
+    require_drawable(what, 0, sum(len(outline) for outline, *_ in outlines))
+    curves = sum(len(_look(segment)) > 2 for outline, *_ in outlines for segment in outline)
     if curves > _MOST_CURVES:
         raise ConfigError(f"{what} has {curves} curves, more than {_MOST_CURVES}; make it simpler")
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -38,12 +38,14 @@ class Trajectory:
         inside: (position, velocity, acceleration) at times within the duration.
         lifts: for each way without touch when the pen starts to leave and when it starts to come back, s.
         lift_time: how long leaving takes, and coming back, s; the path rests meanwhile.
+        pressed: wanted normal force at times within the duration, N, (k,); None where the path has none.
     """
 
     duration: float
     inside: Callable[[np.ndarray], Samples]
     lifts: tuple[tuple[float, float], ...] = ()
     lift_time: float = 0.0
+    pressed: Callable[[np.ndarray], np.ndarray] | None = None
 
     def sample(self, t: np.ndarray | float) -> Samples:
         """The path at times t; before the start and after the end it rests at its end points.
@@ -58,6 +60,10 @@ class Trajectory:
         position, velocity, acceleration = self.inside(np.clip(t, 0.0, self.duration))
         moving = ((t >= 0.0) & (t <= self.duration))[..., None]
         return position, velocity * moving, acceleration * moving
+
+    def force(self, t: np.ndarray) -> np.ndarray:
+        """Wanted normal force at times t (k,), s, in N, (k,); 0 where it is the controller's to say."""
+        return np.zeros(t.shape) if self.pressed is None else self.pressed(np.clip(t, 0.0, self.duration))
 
     def touching(self, t: np.ndarray | float) -> np.ndarray:
         """Whether the pen is wanted on the surface at times t (k,), s; always, except between two strokes.
@@ -93,7 +99,11 @@ class Trajectory:
 
 def trajectory(config: TrajectoryConfig) -> Trajectory:
     """The path that a configuration describes."""
-    return _SHAPES[config.shape](config)
+    path = _SHAPES[config.shape](config)
+    if config.force is None or path.pressed is not None:
+        return path
+    low, high = config.force
+    return replace(path, pressed=lambda t: low + (high - low) * t / max(path.duration, 1e-9))
 
 
 def _hold(config: TrajectoryConfig) -> Trajectory:
@@ -151,7 +161,7 @@ def _waypoints(config: TrajectoryConfig) -> Trajectory:
 
 
 def drawing_strokes(config: TrajectoryConfig) -> Strokes:
-    """The lines of a drawing in the sliding plane, m, as they are to be drawn.
+    """The lines of a drawing in the sliding plane, m, as they are to be drawn; with `force`, N, as widths.
 
     Raises:
         ConfigError: where the configuration describes no drawing, or the drawing cannot be had.
@@ -163,10 +173,11 @@ def drawing_strokes(config: TrajectoryConfig) -> Strokes:
     )
     strokes = fitted(drawn, config.width, config.height)
     if config.center is not None:
-        strokes = Strokes(tuple(line + np.asarray(config.center) for line in strokes.lines))
+        strokes = replace(strokes, lines=tuple(line + np.asarray(config.center) for line in strokes.lines))
     if config.order == "nearest":
         strokes = nearest_first(strokes)
-    return strokes.reversed() if config.direction < 0 else strokes
+    strokes = strokes.reversed() if config.direction < 0 else strokes
+    return replace(strokes, widths=()) if config.force is None else strokes.pressed(*config.force)
 
 
 def _drawing(config: TrajectoryConfig) -> Trajectory:
@@ -174,10 +185,11 @@ def _drawing(config: TrajectoryConfig) -> Trajectory:
     parts = motion.position, motion.position.derivative(1), motion.position.derivative(2)
 
     def inside(t: np.ndarray) -> Samples:
-        position, velocity, acceleration = (np.asarray(part(t)) for part in parts)
+        position, velocity, acceleration = (np.asarray(part(t))[..., :2] for part in parts)
         return position, velocity, acceleration
 
-    return Trajectory(motion.duration, inside, motion.lifts, config.lift_time)
+    pressed = None if config.force is None else lambda t: np.asarray(motion.position(t))[..., 2]
+    return Trajectory(motion.duration, inside, motion.lifts, config.lift_time, pressed)
 
 
 def _user(config: TrajectoryConfig) -> Trajectory:

@@ -127,6 +127,26 @@ class TrajectoryConfig:
         ),
     ] = 0.30
     duration: Annotated[float, Key("s", "hold, own: how long", low=0.0, high=36000.0)] = 10.0
+    force: Annotated[
+        tuple[float, float] | None,
+        Key(
+            "N",
+            "wanted normal force along the path: of the thinnest and the widest strokes of a drawing (by the "
+            "stroke widths of its file; words are thin upward and wide downward), at the beginning and the "
+            "end of another path; by default what the controller's own gain says",
+            low=0.1,
+            high=20.0,
+        ),
+    ] = None
+    brush: Annotated[
+        float,
+        Key(
+            "m/N",
+            "drawing: width of the line over the force, as of a soft pen; with it the drawn area is scored",
+            low=0.0,
+            high=0.1,
+        ),
+    ] = 0.0
     feedforward: Annotated[
         Literal["none", "velocity", "full"],
         Key(
@@ -163,6 +183,8 @@ class TrajectoryConfig:
             raise ConfigError(
                 "trajectory.shape = 'own' needs trajectory.file, trajectory.function and trajectory.duration"
             )
+        if self.brush and (self.shape != "drawing" or self.force is None):
+            raise refused(self, "brush", "needs trajectory.shape = 'drawing' and trajectory.force")
         if self.shape == "drawing" and not self.width and not self.height:
             raise ConfigError("a drawing needs trajectory.width or trajectory.height, in m")
         laps_time = self.laps * self.period

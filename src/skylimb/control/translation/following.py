@@ -31,7 +31,7 @@ import numpy as np
 from skylimb.base.keys import Key, Vector3, configuration
 from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.needs import Needs
-from skylimb.control.press import PLAIN, SATURATED, WAITING
+from skylimb.control.press import PLAIN, SATURATED, WAITING, wanted_force
 from skylimb.control.records import NOTHING, LawInput
 from skylimb.control.windup import unless_short
 from skylimb.symbolic import Array, clip, cross, dot, low_pass, vector, where
@@ -91,7 +91,10 @@ class Gains:
             high=1e3,
         ),
     ] = 0.6
-    force: Annotated[float, Key("N", "N_ref, the wanted force", low=0.0, high=20.0)] = 1.0
+    force: Annotated[
+        float,
+        Key("N", "N_ref, the wanted force where the path says none (trajectory.force)", low=0.0, high=20.0),
+    ] = 1.0
     force_integral: Annotated[
         float, Key("1/s", "k_i, integral gain of the force error", low=0.0, high=1e3)
     ] = 0.5
@@ -260,7 +263,8 @@ def _press(gains: Any, state: State, inputs: LawInput, speed: Any) -> tuple[Any,
     # The body follows what the surface does less what the arm makes up.
     relative = speed - (contact.surface_velocity - inputs.arm.rate)
     damper = m * gains.press_damping * relative
-    wanted = gains.force * contact.ease
+    commanded = wanted_force(inputs.reference.force, gains.force)
+    wanted = commanded * contact.ease
     missing = wanted - contact.normal_force
     alive = clip(4.0 * state.tank / gains.tank, 0.0, 1.0)
     axis_residual = dot(inputs.reference.contact_axis, (inputs.residual or NOTHING).force)
@@ -277,7 +281,7 @@ def _press(gains: Any, state: State, inputs: LawInput, speed: Any) -> tuple[Any,
     limited = where(abs(integral) >= gains.force_integral_limit, 1.0, 0.0)
     limited = where(tank < TANK_LOW * gains.tank, 1.0, where(abs(axis_residual) > SHORT, 1.0, limited))
     signals = {
-        "contact_force_reference": gains.force * inputs.reference.touch * ramp,
+        "contact_force_reference": commanded * inputs.reference.touch * ramp,
         "contact_force_target": wanted * engaged,
         "contact_force_integral": used * engaged,
         "press_reason": where(limited * where(reason > WAITING, 0.0, 1.0) * engaged > 0.5, SATURATED, reason),

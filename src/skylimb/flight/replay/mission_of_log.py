@@ -72,6 +72,7 @@ def mission_of_log(
         touch=is_in(*_TOUCHING),
         wait=is_in(*_WAITING),
         sliding_axis=np.tile(frame.sliding_u, (count, 1)),
+        force=np.zeros(count),
     )
     return mission_of_rows(made, phase.astype(int), period), tuple(said)
 
