@@ -30,7 +30,7 @@ DOCS = Path(__file__).parents[1] / "docs"
 PAGE, NUMBERS = DOCS / "tasks.md", DOCS / "tasks.json"
 SEED = 4711
 TASKS = ("calligraphy", "push_and_slide", "writing")
-FLOWN = (("hydrus_xi_quad", "drawing", 4), ("tilted_hexarotor", "following", 6))
+FLOWN = (("hydrus_xi_quad", "drawing", 4), ("tilted_hexarotor", "drawing", 6))
 """Robot, preset, rotors."""
 COLUMNS = (
     ("IoU of the area", "area_iou", 1.0, 10, ""),
@@ -82,7 +82,7 @@ def table(rows: Sequence[Mapping[str, Any]]) -> str:
             for _, key, scale, worst, unit in COLUMNS:
                 values = [scale * row[key] for row in kept if row[key] is not None]
                 some = np.percentile(values, [50, worst]) if values else None
-                cells.append("-" if some is None else f"{some[0]:.2g} / {some[1]:.2g}{unit}")
+                cells.append("-" if some is None else f"{some[0]:.3g} / {some[1]:.3g}{unit}")
             lines.append("| " + " | ".join([*cells, str(sum(row["done"] for row in kept))]) + " |")
     return "\n".join(lines)
 
