@@ -2,12 +2,12 @@
 
     python benchmarks/tasks.py [--draws 100] [--minutes 60] [--tables]
 
-Draws, as a robot is once it is calibrated, seeds that no gain was chosen on: attitude misaligned by 0.1 degrees
-about each axis, thrust of each rotor +-1 %, mass +-1 %, centre of gravity +-1 mm, inertia of the rotors
-1.4 .. 2.6e-4 kg m^2; latency 10 .. 30 ms (20 assumed); friction 0.1 .. 0.6, stiffness of pen and wall
+Draws, as a robot is once it is calibrated, seeds that no gain was chosen on: attitude misaligned by up to
+0.1 degrees about each axis, thrust of each rotor +-1 %, mass +-1 %, centre of gravity +-1 mm, inertia of the
+rotors 1.4 .. 2.6e-4 kg m^2; latency 10 .. 30 ms (20 assumed); friction 0.1 .. 0.6, stiffness of pen and wall
 1 .. 20 N/mm, a wall that leans by up to 6 degrees; noise of every sensor as in all experiments.
-docs/tasks.json keeps every flight, a line each; one that it holds is not flown again. The table of docs/tasks.md
-is written anew.
+docs/tasks.json keeps every flight, a line each; one that it holds is not flown again. The table of
+docs/tasks.md is written anew.
 """
 
 from __future__ import annotations

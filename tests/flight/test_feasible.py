@@ -217,3 +217,11 @@ def test_an_attitude_too_fast_for_its_rotors_is_said(inertia: float, message: st
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         take_off("paper", ("hybrid", "following"), set={**HOLD, "plant.rotors": "speed"})
+
+
+def test_a_path_with_a_force_is_held_against_its_greatest():
+    pressed = {"trajectory.force": [1.0, 15.0]}
+    with pytest.raises(ConfigError, match="a force of 15 N is too much"):
+        take_off("paper", ("following",), 0, pressed)
+    with pytest.warns(UserWarning, match=r"'hybrid' commands no force.*trajectory.force = \[1.0, 15.0\] N"):
+        take_off("paper", ("hybrid",), 0, pressed)

@@ -17,7 +17,7 @@ from skylimb.analysis.figures import REPORT_FIGURES, boxes, over_time, pose_stri
 from skylimb.analysis.figures.style import CONTROLLER_COLOURS, colours
 from skylimb.analysis.recording import Run
 
-FILES = {picture.name for picture in REPORT_FIGURES} - {"drawing", "task"}
+FILES = {picture.name for picture in REPORT_FIGURES} - {"drawing", "area", "task"}
 
 
 def used(figure):

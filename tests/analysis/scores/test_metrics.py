@@ -81,7 +81,7 @@ def test_groups_show_what_some_flight_has(make_log):
     assert [key for keys in everything.values() for key in keys] == list(NUMERIC_KEYS)
     of_a_tool = everything[TASK]
     assert shown(log, target, lost) == {
-        title: [key for key in keys if not key.startswith("lift_")]
+        title: [key for key in keys if not key.startswith(("lift_", "area_"))]
         for title, keys in everything.items()
         if title != TASK
     }
@@ -89,7 +89,7 @@ def test_groups_show_what_some_flight_has(make_log):
     assert without == [
         key
         for key in NUMERIC_KEYS
-        if key not in of_a_tool and not key.startswith(("target_", "force_", "done", "lift_"))
+        if key not in of_a_tool and not key.startswith(("target_", "force_", "done", "lift_", "area_"))
     ]
     assert shown(lost) == {}
 

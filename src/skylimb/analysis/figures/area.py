@@ -9,9 +9,11 @@ from matplotlib.figure import Figure
 
 from skylimb.analysis.figures import style
 from skylimb.analysis.recording import Run
-from skylimb.analysis.scores.area import CELL, area_iou, areas
+from skylimb.analysis.scores.area import CELL, Areas, area_iou, areas
 from skylimb.analysis.scores.pen_line import as_seen
 
+_NOTHING = Areas(np.zeros((1, 1), dtype=bool), np.zeros((1, 1), dtype=bool), np.zeros(2))
+"""Of a run without a soft pen."""
 BOTH, MISSING, BESIDE = "#3b4a57", "#8fbbe8", "#e8963e"
 
 
@@ -39,8 +41,7 @@ def drawn_area(runs: Mapping[str, Run]) -> Figure:
 
 def _picture(run: Run) -> tuple[np.ndarray, tuple[float, float, float, float]]:
     """Colours of the cells, (rows from below, columns, 4), and left, right, lower and upper edge, m."""
-    found = areas(run.log)
-    assert found is not None, "only of runs with a soft pen"
+    found = areas(run.log) or _NOTHING
     colours = np.zeros((*found.wanted.shape, 4))
     for cells, colour in (
         (found.wanted & found.drawn, BOTH),

@@ -139,14 +139,14 @@ class TrajectoryConfig:
         ),
     ] = None
     brush: Annotated[
-        float,
+        float | None,
         Key(
             "m/N",
             "drawing: width of the line over the force, as of a soft pen; with it the drawn area is scored",
-            low=0.0,
+            above=0.0,
             high=0.1,
         ),
-    ] = 0.0
+    ] = None
     feedforward: Annotated[
         Literal["none", "velocity", "full"],
         Key(

@@ -1,0 +1,77 @@
+"""The area of a soft pen, against areas that are known."""
+
+import numpy as np
+import pytest
+
+import skylimb
+from skylimb.analysis.figures import REPORT_FIGURES
+from skylimb.analysis.scores.area import CELL, areas_of
+
+WORD = {
+    "trajectory.text": "v",
+    "trajectory.width": 0.05,
+    "trajectory.speed": 0.05,
+    "trajectory.brush": 0.01,
+    "phases.hover": 0.5,
+}
+
+
+def line(length, width, v=0.0, v_width=0.0):
+    u = np.arange(0.0, length + 1e-9, 0.2 * CELL)
+    return np.column_stack([u, np.full(len(u), v), width + v_width * u / length])
+
+
+def test_a_line_covers_its_length_times_its_width_and_its_round_ends():
+    found = areas_of(line(0.2, 0.012), line(0.2, 0.012))
+    exact = 0.2 * 0.012 + 0.25 * np.pi * 0.012**2
+    assert np.count_nonzero(found.wanted) * CELL**2 == pytest.approx(exact, rel=0.06)
+    np.testing.assert_array_equal(found.wanted, found.drawn)
+
+
+@pytest.mark.parametrize("beside", [0.002, 0.005, 0.02])
+def test_a_line_beside_its_place_shares_what_two_bands_share(beside):
+    found = areas_of(line(0.2, 0.012), line(0.2, 0.012, v=beside))
+    both = max(0.012 - beside, 0.0)
+    share = np.count_nonzero(found.wanted & found.drawn) / np.count_nonzero(found.wanted | found.drawn)
+    assert share == pytest.approx(both / (0.024 - both), abs=0.03)
+
+
+def test_a_press_twice_as_hard_covers_twice_the_area():
+    found = areas_of(line(0.3, 0.006), line(0.3, 0.012))
+    assert (found.drawn | ~found.wanted).all()
+    assert found.drawn.sum() / found.wanted.sum() == pytest.approx(2.0, rel=0.1)
+
+
+def test_no_force_no_area():
+    found = areas_of(line(0.1, 0.01), line(0.1, 0.0))
+    assert not found.drawn.any()
+
+
+@pytest.fixture(scope="module")
+def runs():
+    return {
+        name: skylimb.run("calligraphy", "drawing", set={**WORD, **more})
+        for name, more in (("as asked", {}), ("too soft", {"trajectory.force": [1.0, 1.0]}))
+    }
+
+
+def test_a_flight_is_scored_and_drawn(runs):
+    as_asked, even = runs.values()
+    assert as_asked.metrics["area_iou"] > 0.6
+    # The log says what was wanted: lines of one width, or of two.
+    widths = [np.unique(run.log.reference_width.dropna("reference_point").round(5)) for run in runs.values()]
+    assert widths[0].min() == pytest.approx(0.006)
+    assert widths[0].max() == pytest.approx(0.016)
+    assert widths[1].tolist() == [0.01]
+    assert even.metrics["area_iou"] > 0.6
+    picture = next(each for each in REPORT_FIGURES if each.name == "area")
+    assert picture.suits(runs)
+    assert not picture.suits({"other": skylimb.Run("", "", as_asked.log.drop_vars("reference_width"), {})})
+    assert len(picture.draw(runs).axes) == 2
+
+
+def test_the_force_follows_the_path(runs):
+    log = runs["as asked"].log
+    wanted = log.contact_force_reference.values
+    assert wanted.max() == pytest.approx(1.6, abs=0.05)
+    assert runs["as asked"].metrics["force_error_rms"] < 0.15
