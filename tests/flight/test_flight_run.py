@@ -131,7 +131,9 @@ def test_units_of_the_configuration_stand_under_its_dotted_keys() -> None:
         "surface_error",
         "surface.damping",
         "surface.motion_direction",
+        "trajectory.brush",
         "trajectory.center",
+        "trajectory.force",
         "wrap.radius",
     } & of_experiment
 

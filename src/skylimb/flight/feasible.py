@@ -22,7 +22,6 @@ from typing import NamedTuple
 import numpy as np
 
 from skylimb.base.errors import ConfigError
-from skylimb.base.packing import Layout
 from skylimb.base.rotations import rot_z
 from skylimb.control.cascade import Cascade
 from skylimb.control.controller import Controller
@@ -36,25 +35,18 @@ from skylimb.control.planning.vectoring import ONLINE, nominal_posture
 from skylimb.control.planning.vectoring_step import RATE, planned_along
 from skylimb.flight.events import GainChange
 from skylimb.flight.experiments.experiment import Experiment
+from skylimb.flight.reaction_check import require_slow_enough
 from skylimb.robots.equilibrium import can_hold, greatest_push
 from skylimb.robots.equilibrium_results import Held, Limit, NotHeld, Within
 from skylimb.robots.hover import cannot_hover
 from skylimb.robots.model import Robot
-from skylimb.robots.reaction import reaction_zeros, slowest_unstable_zero
 from skylimb.robots.touch import can_touch
-from skylimb.simulation.plant_config import turning
 
 DOUBTFUL_SHARE = 0.5
 """Of what can be held against slope and drag: up to here the force leaves enough over."""
 
 REFUSED_SHARE = 0.6
 """Of the same: beyond this flights are lost."""
-
-DOUBTFUL_ZERO = 5.0
-"""Times the attitude's bandwidth: with a faster zero of the rotors' reaction nothing is lost."""
-
-REFUSED_ZERO = 1.5
-"""Times the same: with a slower zero flights lose attitude, or contact again and again."""
 
 Direction = tuple[float, ...]
 """In the level frame whose x axis is the tip link's, (3,)."""
@@ -83,7 +75,7 @@ def require_feasible(experiment: Experiment, robot: Robot, controller: Controlle
     # A configuration made in Python may hold lists.
     fixed = dataclasses.replace(posture, waypoints=tuple(tuple(way) for way in posture.waypoints))
     _require_hover(fixed, robot, needs_of(controller).vectoring, tilt)
-    _require_slow_enough(experiment, robot, controller)
+    require_slow_enough(experiment, robot, controller)
     needs = _hardest(experiment, controller)
     if not experiment.approach.contact:
         return
@@ -184,39 +176,6 @@ def _require_reserve(experiment: Experiment, robot: Robot, needs: Needs) -> None
             )
         warnings.warn(f"{words} are safer", UserWarning, stacklevel=2)
         return
-
-
-def _require_slow_enough(experiment: Experiment, robot: Robot, controller: Controller) -> None:
-    """The attitude's bandwidth against the zero of the rotors' reaction, where the rotors have a speed."""
-    stiffness = attitude_stiffness(controller)
-    if not turning(robot.description, experiment.plant) or stiffness <= 0.0:
-        return
-    inertia = experiment.plant.rotor_inertia
-    zeros = reaction_zeros(
-        robot, *nominal_posture(robot, needs_of(controller).vectoring), None if inertia < 0.0 else inertia
-    )
-    zero, bandwidth = slowest_unstable_zero(zeros), float(np.sqrt(stiffness))
-    if zero > DOUBTFUL_ZERO * bandwidth:
-        return
-    refused = zero < REFUSED_ZERO * bandwidth
-    words = (
-        f"{robot.name}'s rotors work against their own change of speed: lift and torque have a zero at "
-        f"+{zero:.3g} rad/s, for which {controller.name}'s attitude, {bandwidth:.3g} rad/s fast, is "
-        f"{'too fast' if refused else 'doubtful'}; {zero / DOUBTFUL_ZERO:.2g} rad/s would be safe"
-    )
-    if not refused or experiment.approach.doubtful == "fly":
-        warnings.warn(words, UserWarning, stacklevel=2)
-        return
-    raise ConfigError(f'{words}. approach.doubtful = "fly" flies it all the same')
-
-
-def attitude_stiffness(controller: Controller) -> float:
-    """The greatest stiffness of the attitude's loop, 1/s^2; 0 of a controller that does not say it."""
-    if not isinstance(controller, Cascade):
-        return 0.0
-    layout = Layout(controller.gains())
-    found = layout.pack(controller.gains())[layout.slices.get("attitude.normalized_stiffness", slice(0))]
-    return float(found.max(initial=0.0))
 
 
 class Pressed(NamedTuple):

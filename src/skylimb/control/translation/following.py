@@ -93,7 +93,7 @@ class Gains:
     ] = 0.6
     force: Annotated[
         float,
-        Key("N", "N_ref, the wanted force where the path says none (trajectory.force)", low=0.0, high=20.0),
+        Key("N", "N_ref, the wanted force", low=0.0, high=20.0),
     ] = 1.0
     force_integral: Annotated[
         float, Key("1/s", "k_i, integral gain of the force error", low=0.0, high=1e3)
