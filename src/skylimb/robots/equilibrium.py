@@ -42,7 +42,7 @@ _LEANS = (0.0, 0.3, -0.3)
 """Leans into the push with which the search begins, rad; with tilted rotors it may rest leaned away."""
 
 _STARTS = 12
-"""Sets of vectoring angles with which the search begins where they are free."""
+"""Sets of vectoring angles with which the search begins where they may move."""
 
 _EXACT = 1e-6
 """Share of the weight that may be left over, and of a limit that may be exceeded."""
@@ -249,14 +249,18 @@ class _Question:
         return Limit("servo", names[joint], within.servo * servo.torque_limit, "N m")
 
     def _starts(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Leans with the given vectoring angles; where these are free, upright with others."""
+        """Leans with the given vectoring angles; where these may move, upright with others that they reach."""
         side = np.array([-self.direction[1], self.direction[0]])
         turned = rot_z(float(self._heading(self.psi)))[:2, :2] @ side
         for lean in _LEANS if np.any(side) else _LEANS[:1]:
             yield float(np.clip(lean, -0.5 * self.tilt, 0.5 * self.tilt)) * turned, self.psi
-        if self.free:
+        if self.within.moves > 0.0 and self.robot.n_vectoring:
             steps = np.outer(np.arange(1, _STARTS), golden_steps(self.robot.n_vectoring))
-            for psi in within_limits(self.robot, self.psi + 2.0 * np.pi * steps):
+            if self.free:
+                others = within_limits(self.robot, self.psi + 2.0 * np.pi * steps)
+            else:
+                others = self.lower + (self.upper - self.lower) * (steps % 1.0)
+            for psi in others:
                 yield np.zeros(2), psi
 
     def _heading(self, psi: np.ndarray) -> float:

@@ -43,6 +43,8 @@ def test_it_prints_and_writes_what_the_robot_can_do(
         (["hydrus_xi_quad", "--posture", "9", "0", "0"], "limits"),
         (["hydrus_xi_quad", "--direction", "0", "0", "0"], "direction"),
         (["hydrus_xi_quad", "--tilt", "2"], "--tilt = 2 rad"),
+        (["hydrus_xi_quad", "--moves", "-1"], "--moves = -1 rad"),
+        (["hydrus_xi_quad", "--moves", "nan"], "--moves = nan rad"),
     ],
 )
 def test_what_it_cannot_do_is_told_in_a_line_and_leaves_nothing(

@@ -1,5 +1,7 @@
 """What a robot can do in a posture, against linear programmes over its thrusts."""
 
+import math
+
 import numpy as np
 import pytest
 from scipy.optimize import linprog
@@ -179,12 +181,12 @@ def test_numbers_in_words_and_as_tables(feasible: FeasibleWrench) -> None:
 
 def test_the_picture_shows_the_solid_sets(feasible: FeasibleWrench) -> None:
     push = np.array([1.0, 0.0, 0.0])
-    figure = wrench_figure(feasible, {"+x": (push, 5.0)})
+    figure = wrench_figure(feasible, {"+x": (push, 5.0), "-x": (-push, math.nan)})
     left, bars, right = figure.axes
     assert len(right.collections) == 2  # the torques and the ball in them
     solid = feasible.wrenches.dimension == 6
     assert sum("Poly3D" in type(one).__name__ for one in left.collections) == solid
     least = feasible.hover_torques.margin(np.zeros(3))  # type: ignore[union-attr]
     assert any(f"{max(least, 0.0):.2f} about every axis" in text.get_text() for text in figure.texts)
-    assert [label.get_text() for label in bars.get_yticklabels()] == ["+x"]
-    assert bars.texts[0].get_text() == "5.0"
+    assert [label.get_text() for label in bars.get_yticklabels()] == ["+x", "-x"]
+    assert [text.get_text() for text in bars.texts] == ["5.0", "none found"]

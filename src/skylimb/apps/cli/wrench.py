@@ -35,6 +35,9 @@ def robot_wrench(
         tuple[str, ...], arg("Three numbers: a direction to push in, besides the axes.", "X ...")
     ] = (),
     tilt: Annotated[float, arg("How far the measured link may lean into a push.", "RAD")] = 0.35,
+    moves: Annotated[
+        float, arg("How far each vectoring angle may move; by default all of its travel.", "RAD")
+    ] = math.inf,
     out: Annotated[
         str, arg("New folder for wrench.json (numbers, corners, faces) and wrench.png.", "DIR")
     ] = "",
@@ -43,16 +46,18 @@ def robot_wrench(
 
     Thrusts and the torques of the servos are within their limits, the robot is at rest. Level is the measured
     link, from which tilt counts. Pushes are in the level frame whose x axis is the tip link's; "none" is a
-    posture in which it cannot rest so at all.
+    posture in which it cannot rest so at all, "?" one where every search came to no end. Each is the best of
+    several searches: where angles move, it can be held, and a harder one is not ruled out.
 
     Examples:
         skylimb robot wrench hydrus_xi_quad
         skylimb robot wrench hydrus_xi_quad --direction 1 0.3 0 --out out/wrench
-        skylimb robot wrench hydrus_xi_quad --posture 1.2 0.7 -0.4 --tilt 0.2
+        skylimb robot wrench hydrus_xi_quad --posture 1.2 0.7 -0.4 --tilt 0.2 --moves 1
     """
     from skylimb.base.files import require_new
 
     within("--tilt", tilt, 0.0, 1.5, "rad")
+    within("--moves", moves, 0.0, math.inf, "rad")
     if out:
         require_new(out)
     import skylimb
@@ -66,7 +71,7 @@ def robot_wrench(
     if asked_direction is not None:
         directions["yours"] = unit_vector(asked_direction)
     feasible = skylimb.feasible_wrench(model, q, psi)
-    asked = _asked(model, tilt)
+    asked = _asked(model, tilt, moves)
     with output.working("working out the pushes"):
         pushes = {
             name: (axis, {column: feasible.push(axis, limits) for column, limits in asked.items()})
@@ -74,11 +79,11 @@ def robot_wrench(
         }
     _show(feasible, pushes, tuple(asked))
     if out:
-        _write(feasible, pushes, tilt, out)
+        _write(feasible, pushes, (tilt, moves), out)
         print(f"\nWritten to {out}: wrench.json, wrench.png")
 
 
-def _asked(robot: Robot, tilt: float) -> dict[str, Within]:
+def _asked(robot: Robot, tilt: float, moves: float) -> dict[str, Within]:
     """What is asked of every direction, by the name of its column."""
     from skylimb.robots.equilibrium_results import Within
 
@@ -86,7 +91,8 @@ def _asked(robot: Robot, tilt: float) -> dict[str, Within]:
     if robot.n_vectoring == 0:
         return {name: Within(one) for name, one in tilts.items()}
     held = {f"{name}, angles held": Within(one) for name, one in list(tilts.items())[-1:]}
-    return held | {f"{name}, angles move": Within(one, math.inf) for name, one in tilts.items()}
+    far = "" if math.isinf(moves) else f" up to {moves:g} rad"
+    return held | {f"{name}, angles move{far}": Within(one, moves) for name, one in tilts.items()}
 
 
 def _numbers(option: str, words: tuple[str, ...], count: int) -> np.ndarray | None:
@@ -119,14 +125,14 @@ def _show(feasible: FeasibleWrench, pushes: Pushes, columns: tuple[str, ...]) ->
     rows = []
     for name, (axis, found) in pushes.items():
         shown = name if name != "yours" else f"({', '.join(f'{part:.2f}' for part in axis)})"
-        cells = [f"{one.force:.1f}" if one else "none" for one in found.values()]
+        cells = [f"{one.force:.1f}" if one else "none" if one.limit else "?" for one in found.values()]
         last = found[columns[-1]]
         rows.append((shown, *cells, str(last.limit or "nothing") if last else str(last)))
     title = "Greatest push of the tip at rest, N"
     output.show_table(rows, "Direction", *columns, "What ends it", title=title)
 
 
-def _write(feasible: FeasibleWrench, pushes: Pushes, tilt: float, out: str) -> None:
+def _write(feasible: FeasibleWrench, pushes: Pushes, asked: tuple[float, float], out: str) -> None:
     import json
 
     from skylimb.analysis.figures import style
@@ -136,14 +142,16 @@ def _write(feasible: FeasibleWrench, pushes: Pushes, tilt: float, out: str) -> N
 
     tables = {
         **as_tables(feasible),
-        "tilt": tilt,
+        "tilt": asked[0],
+        "moves": asked[1] if math.isfinite(asked[1]) else None,
         "pushes": {name: push_tables(axis, found) for name, (axis, found) in pushes.items()},
     }
     # The robot is drawn with its angles held.
     columns = list(next(iter(pushes.values()))[1])
     drawn = next((name for name in columns if name.endswith("held")), columns[-1])
     forces = {
-        name: (axis, one.force if (one := found[drawn]) else 0.0) for name, (axis, found) in pushes.items()
+        name: (axis, one.force if (one := found[drawn]) else math.nan)
+        for name, (axis, found) in pushes.items()
     }
     figure = wrench_figure(feasible, forces)
     with new_folder(out) as folder:

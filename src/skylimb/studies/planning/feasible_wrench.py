@@ -195,7 +195,9 @@ def push_limit(
 ) -> Held | NotHeld:
     """How hard the robot can push here, this way: the greatest push of its tip at rest, and what ends it.
 
-    What is beyond it no controller can hold. In flight some torque has to be left for control.
+    It is the best of searches from several starts. With angles held, linear programmes over all leans agree
+    (tests/robots/test_equilibrium.py); with angles that move it is a push that can be held, and a harder one
+    is not ruled out. In flight some torque has to be left for control.
 
     Args:
         robot: any.

@@ -26,7 +26,8 @@ def wrench_figure(feasible: FeasibleWrench, pushes: Mapping[str, tuple[np.ndarra
 
     Args:
         feasible: what is drawn.
-        pushes: the greatest push by name: unit vector in the heading frame and force in N.
+        pushes: the greatest push by name: unit vector in the heading frame and force in N,
+            NaN where none was found.
     """
     figure = Figure(figsize=(style.WIDTH, 2.4))
     left = figure.add_axes((-0.04, -0.12, 0.5, 1.15), projection="3d", proj_type="ortho")
@@ -71,11 +72,12 @@ def _draw_pushes(axes: Any, feasible: FeasibleWrench, pushes: Mapping[str, tuple
     """The set of level pushes where it is solid, else an arrow for each push; drawn from the tip on."""
     tip = rot_z(-feasible.state.tip_heading) @ feasible.state.tip_C
     level = feasible.level_pushes
-    most = max([force for _, force in pushes.values()] + [1e-9])
+    found = {name: push for name, push in pushes.items() if np.isfinite(push[1])}
+    most = max([force for _, force in found.values()] + [1e-9])
     if level is not None and level.dimension == 3 and len(level.vertices):
         most = float(np.linalg.norm(level.vertices, axis=1).max())
         _draw_solid(axes, tip + 0.5 / most * level.vertices, style.CURVES[1])
-    for name, (direction, force) in pushes.items():
+    for name, (direction, force) in found.items():
         colour = style.CURVES[1] if name in _AXES else style.CURVES[3]
         end = tip + 0.5 / most * force * direction
         axes.quiver(*tip, *(end - tip), color=colour, lw=1.4, arrow_length_ratio=0.12)
@@ -90,9 +92,10 @@ def _draw_bars(axes: Any, pushes: Mapping[str, tuple[np.ndarray, float]]) -> Non
     colours = [style.CURVES[1] if name in _AXES else style.CURVES[3] for name in names]
     places = np.arange(len(names))[::-1]
     bars = axes.barh(places, forces, color=colours, height=0.6)
-    axes.bar_label(bars, fmt="%.1f", fontsize=6, padding=2)
+    labels = ["none found" if np.isnan(force) else f"{force:.1f}" for force in forces]
+    axes.bar_label(bars, labels, fontsize=6, padding=2)
     axes.set_yticks(places, names)
-    axes.set_xlim(0.0, 1.35 * max([*forces, 1e-9]))
+    axes.set_xlim(0.0, 1.35 * max(np.nan_to_num([*forces, 1e-9])))
     axes.set_xticks([])
     axes.spines["bottom"].set_visible(False)
     axes.tick_params(labelsize=6.5, length=0)

@@ -73,13 +73,17 @@ def as_tables(feasible: FeasibleWrench) -> dict[str, Any]:
 
 
 def push_tables(direction: np.ndarray, found: dict[str, Held | NotHeld]) -> dict[str, Any]:
-    """The greatest pushes along a direction, by what was asked: N, and what ends each; null where none is."""
+    """The greatest pushes along a direction, by what was asked: N, and what ends each; null where none is.
+
+    What then missed says whether a limit is in the way, or the search itself came to no end.
+    """
     return {
         "direction": direction.tolist(),
         **{
             name: {
                 "force": one.force if one else None,
                 "ends": str(one.limit) if one.limit is not None else None,
+                "missed": None if one else str(one),
                 "vectoring_angles": one.vectoring_angles.tolist() if one else None,
             }
             for name, one in found.items()
