@@ -243,7 +243,7 @@ def test_angles_that_move_can_do_no_less() -> None:
 
 
 def test_more_freedom_never_pushes_less() -> None:
-    """Searches that began at the given angles alone found 15.3 N with moves of 1.5 rad; 17.8 N can be held."""
+    """Searches from the given angles alone found 15.3 N with moves of 1.5 rad; 17.8 N can be held."""
     robot = load_robot("hydrus_xi_quad")
     found = [greatest_push(robot, *posture(robot), X, Within(0.35, moves)) for moves in (0.0, 0.5, 1.0, 1.5)]
     forces = [one.force if one else 0.0 for one in found]

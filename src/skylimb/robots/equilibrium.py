@@ -249,7 +249,7 @@ class _Question:
         return Limit("servo", names[joint], within.servo * servo.torque_limit, "N m")
 
     def _starts(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Leans with the given vectoring angles; where these may move, upright with others that they reach."""
+        """Leans with the given vectoring angles; where these may move, upright with others in reach."""
         side = np.array([-self.direction[1], self.direction[0]])
         turned = rot_z(float(self._heading(self.psi)))[:2, :2] @ side
         for lean in _LEANS if np.any(side) else _LEANS[:1]:

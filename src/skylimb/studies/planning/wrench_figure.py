@@ -91,11 +91,12 @@ def _draw_bars(axes: Any, pushes: Mapping[str, tuple[np.ndarray, float]]) -> Non
     names, forces = list(pushes), [force for _, force in pushes.values()]
     colours = [style.CURVES[1] if name in _AXES else style.CURVES[3] for name in names]
     places = np.arange(len(names))[::-1]
-    bars = axes.barh(places, forces, color=colours, height=0.6)
     labels = ["none found" if np.isnan(force) else f"{force:.1f}" for force in forces]
+    forces = np.nan_to_num(forces)  # without a bar; the label says why
+    bars = axes.barh(places, forces, color=colours, height=0.6)
     axes.bar_label(bars, labels, fontsize=6, padding=2)
     axes.set_yticks(places, names)
-    axes.set_xlim(0.0, 1.35 * max(np.nan_to_num([*forces, 1e-9])))
+    axes.set_xlim(0.0, 1.35 * max([*forces, 1e-9]))
     axes.set_xticks([])
     axes.spines["bottom"].set_visible(False)
     axes.tick_params(labelsize=6.5, length=0)
