@@ -174,6 +174,11 @@ def _shape(element: Any, rgba: tuple[float, float, float, float], what: str, pat
             return None
         scale = 1.0 if geometry.mesh.scale is None else geometry.mesh.scale
         size = tuple(float(factor) for factor in np.broadcast_to(scale, 3))
+    if mesh is None and not all(length > 0.0 for length in size):
+        lengths = ", ".join(f"{length:g}" for length in size)
+        raise DescriptionError(
+            f"{what} in '{path.name}' has a {shape} of {lengths} m; every length must be positive"
+        )
     return Visual(shape, size, xyz, R, rgba, mesh)
 
 

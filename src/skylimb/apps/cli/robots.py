@@ -13,6 +13,7 @@ _File = Annotated[
 ]
 _Packages = Annotated[str | None, arg("Folder of the packages that xacro and package:// name.", "DIR")]
 _Mapping = Annotated[str | None, arg("TOML file that says what the description's names do not tell.", "FILE")]
+_Args = Annotated[tuple[str, ...], arg("Arguments of a xacro file.", "NAME=VALUE ...")]
 _Mend = Annotated[bool, arg("Replace inertias that no body has by the nearest possible ones.")]
 
 
@@ -21,6 +22,7 @@ def check_robot(
     *,
     packages: _Packages = None,
     mapping: _Mapping = None,
+    args: _Args = (),
     mend: _Mend = False,
     picture: Annotated[str, arg("Draw it into this new file, a broken one too.", "PNG")] = "",
 ) -> int:
@@ -32,6 +34,7 @@ def check_robot(
     Examples:
         skylimb robot check my_robot.urdf
         skylimb robot check robots/quad/robot.urdf.xacro --packages ~/catkin_ws/src --picture robot.png
+        skylimb robot check robot.urdf.xacro --args arms=6 mass=1.2
         skylimb robot check hydrus_xi_quad
     """
     import skylimb
@@ -41,7 +44,7 @@ def check_robot(
 
     if picture:
         require_new(picture)
-    report = skylimb.check_robot_file(file, packages, mapping, mend=mend)
+    report = skylimb.check_robot_file(file, packages, mapping, args=_arguments(args), mend=mend)
     print(report_text(report))
     if picture:
         with new_file(picture) as path:
@@ -55,6 +58,7 @@ def import_robot(
     out: Annotated[str, arg("New folder for the robot.", "DIR")] = "",
     packages: _Packages = None,
     mapping: _Mapping = None,
+    args: _Args = (),
     mend: _Mend = False,
 ) -> int:
     """Make a robot of skylimb's own form from a URDF or xacro file: `skylimb run --set robot=DIR` flies it.
@@ -73,8 +77,16 @@ def import_robot(
 
     if not out:
         raise ConfigError("--out is missing; it names the robot's new folder")
-    report = skylimb.import_robot(file, out, packages, mapping, mend=mend)
+    report = skylimb.import_robot(file, out, packages, mapping, args=_arguments(args), mend=mend)
     print(report_text(report))
     flown = f"skylimb run free_flight --set robot={out} 'posture.waypoints=[]'"
     print(f"\nWritten to {Path(out)}: {flown}")
     return 0 if report.can_hover else 1
+
+
+def _arguments(words: tuple[str, ...]) -> dict[str, str]:
+    """The arguments of a xacro by name."""
+    for word in words:
+        if not word.partition("=")[0] or "=" not in word:
+            raise ConfigError(f"--args = '{word}' must be NAME=VALUE")
+    return dict(word.split("=", 1) for word in words)

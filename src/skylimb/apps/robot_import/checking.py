@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -98,6 +98,7 @@ def check_robot_file(
     packages: str | Path | None = None,
     mapping: str | Path | None = None,
     *,
+    args: Mapping[str, str] | None = None,
     mend: bool = False,
     convert: bool = False,
 ) -> RobotReport:
@@ -107,6 +108,7 @@ def check_robot_file(
         path: .urdf or .xacro, a folder, a flight TOML, or the name of a robot that ships.
         packages: folder of the packages that xacro and meshes name.
         mapping: TOML file that says what names do not tell.
+        args: values of a xacro's arguments by name.
         mend: whether impossible inertias are replaced by the nearest possible ones.
         convert: whether meshes are copied, so that the robot can be written elsewhere.
 
@@ -116,7 +118,7 @@ def check_robot_file(
     if _is_ours(path):
         description = read_description(path)
         return _report(Path(path), description, sum(link.inertial.mass for link in description.links), [])
-    text = read_urdf_text(path, packages)
+    text = read_urdf_text(path, packages, args)
     said = read_mapping(mapping)
     tree = UrdfTree(text.content, text.path.name)
     mass_in = tree.total_mass()

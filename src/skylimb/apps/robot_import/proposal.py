@@ -112,7 +112,7 @@ def _rotors(
     tree: UrdfTree, roles: Roles, axles: list[dict[str, float]], motors: MotorTable, doubts: list[Doubt]
 ) -> tuple[RotorSection, ...]:
     """Each number from the first that says it: mapping, URDF, motor table; else it is assumed."""
-    kappa, sense = _drag(tree, motors, doubts)
+    kappa, sense = _drag(tree, roles.rotors, motors, doubts)
     signed = any(rotor.spin == -1 for rotor in roles.rotors)
     if len(roles.rotors) > 1 and not signed and kappa > 0.0:
         guess = "is not said; they are taken to turn in alternation"
@@ -176,12 +176,14 @@ def _first(*values: float | None) -> float | None:
     return next((value for value in values if value is not None), None)
 
 
-def _drag(tree: UrdfTree, motors: MotorTable, doubts: list[Doubt]) -> tuple[float, int]:
+def _drag(
+    tree: UrdfTree, rotors: tuple[MappedRotor, ...], motors: MotorTable, doubts: list[Doubt]
+) -> tuple[float, int]:
     """Drag torque per thrust, and -1 where the file counts its sense of spin the other way round."""
     said, table = number(tree.root.find("m_f_rate"), "value", math.nan), motors.drag_torque_coefficient
     what = "drag torque per thrust"
     if not math.isfinite(said):
-        if table is None:
+        if table is None and any(rotor.drag_torque_coefficient is None for rotor in rotors):
             guess = f"is not said; {KAPPA:g} m is assumed"
             doubts.append(Doubt(what, guess, "say drag_torque_coefficient in a mapping file"))
         return KAPPA if table is None else table, 1

@@ -10,6 +10,7 @@ import numpy as np
 
 from skylimb.apps.robot_import.doubts import Doubt
 from skylimb.apps.robot_import.mapping import MappedRotor, Mapping, Role
+from skylimb.apps.robot_import.motor_plugins import plugin_rotors
 from skylimb.apps.robot_import.tree import UrdfTree
 from skylimb.base.errors import unknown_name
 
@@ -41,7 +42,7 @@ class Roles:
 
 
 def recognise(tree: UrdfTree, mapping: Mapping) -> Roles:
-    """Roles by the mapping, else by the laboratory's names, else by the tree's structure.
+    """Roles by the mapping, else by simulators' tags, by the laboratory's names, by the tree's structure.
 
     Raises:
         UnknownNameError: the mapping names a joint or link that is not there.
@@ -53,8 +54,10 @@ def recognise(tree: UrdfTree, mapping: Mapping) -> Roles:
     for rotor in mapping.rotors:
         if rotor.link not in tree.links():
             raise unknown_name("link of a rotor in the mapping", rotor.link, tree.links())
-    spinning = [joint for name, joint in moving.items() if _spins(tree, joint, mapping.role_of(name))]
-    rotors, joints = _rotors(tree, mapping, spinning)
+    said = mapping.rotors or plugin_rotors(tree)
+    driven = {rotor.link for rotor in said}
+    spinning = [joint for name, joint in moving.items() if _spins(tree, joint, mapping.role_of(name), driven)]
+    rotors, joints = _rotors(tree, said, spinning)
     doubts: list[Doubt] = []
     found: dict[Role, list[Element]] = {"shape": [], "vectoring": [], "rotor": [], "locked": []}
     for name, joint in moving.items():
@@ -81,12 +84,12 @@ def recognise(tree: UrdfTree, mapping: Mapping) -> Roles:
     )
 
 
-def _spins(tree: UrdfTree, joint: Element, role: Role | None) -> bool:
+def _spins(tree: UrdfTree, joint: Element, role: Role | None, driven: set[str]) -> bool:
     """Whether a joint is the axle of a rotor: so said, or so called and with nothing that moves below it."""
     if role is not None:
         return role == "rotor"
     name, child = joint.get("name", ""), tree.end(joint, "child") or ""
-    called = _ROTOR.match(name) or (_ROTOR.match(child) and not _VECTORING.match(name))
+    called = _ROTOR.match(name) or (_ROTOR.match(child) and not _VECTORING.match(name)) or child in driven
     return (
         bool(called)
         and not _moving_below(tree, child)
@@ -106,11 +109,11 @@ def _number_in(name: str) -> tuple[int, str]:
 
 
 def _rotors(
-    tree: UrdfTree, mapping: Mapping, spinning: list[Element]
+    tree: UrdfTree, said: tuple[MappedRotor, ...], spinning: list[Element]
 ) -> tuple[tuple[MappedRotor, ...], tuple[Element | None, ...]]:
     by_link = {tree.end(joint, "child") or "": joint for joint in spinning}
-    if mapping.rotors:
-        return mapping.rotors, tuple(by_link.get(rotor.link) for rotor in mapping.rotors)
+    if said:
+        return said, tuple(by_link.get(rotor.link) for rotor in said)
     if spinning:
         ordered = sorted(spinning, key=lambda joint: _number_in(joint.get("name", "")))
         rotors = tuple(_spinning_rotor(tree, joint) for joint in ordered)

@@ -33,13 +33,16 @@ class UrdfText:
     packages: Mapping[str, Path]
 
 
-def read_urdf_text(path: str | Path, packages: str | Path | None = None) -> UrdfText:
+def read_urdf_text(
+    path: str | Path, packages: str | Path | None = None, arguments: Mapping[str, str] | None = None
+) -> UrdfText:
     """The URDF that a user named.
 
     Args:
         path: a .urdf or .xacro file, or a folder with one of them.
         packages: a folder with the packages that `$(find NAME)` and `package://NAME` mean; those around the
             file are found anyway.
+        arguments: values of the xacro's arguments, `<xacro:arg>`, by name.
 
     Raises:
         DescriptionError: not one such file, no XML, or a xacro that cannot be expanded.
@@ -56,7 +59,9 @@ def read_urdf_text(path: str | Path, packages: str | Path | None = None) -> Urdf
     except ValueError as error:
         raise DescriptionError(f"'{path}' is no XML of a robot: {error}") from None
     if path.suffix.lower() == ".xacro" or b"xmlns:xacro" in content[:4000]:
-        content = _expanded(source.path, known)
+        content = _expanded(source.path, known, arguments or {})
+    elif arguments:
+        raise DescriptionError(f"'{path}' is no xacro file and takes no arguments ({', '.join(arguments)})")
     return UrdfText(source.path, content, known)
 
 
@@ -73,12 +78,13 @@ def _the_file(path: Path) -> Path:
     raise DescriptionError(f"the folder '{path}' has {len(found)} descriptions; name one: {names}{more}")
 
 
-def _expanded(path: Path, packages: Mapping[str, Path]) -> bytes:
+def _expanded(path: Path, packages: Mapping[str, Path], arguments: Mapping[str, str]) -> bytes:
     """The file expanded in a process of its own: a xacro is a program, and may not end."""
     names = json.dumps({name: str(folder) for name, folder in packages.items()})
+    script = Path(__file__).parent / "xacro_process.py"
     try:
         done = subprocess.run(
-            [sys.executable, str(Path(__file__).parent / "xacro_process.py"), str(path), names],
+            [sys.executable, str(script), str(path), names, json.dumps(dict(arguments))],
             capture_output=True,
             timeout=_SECONDS,
             check=False,
@@ -94,4 +100,6 @@ def _expanded(path: Path, packages: Mapping[str, Path]) -> bytes:
             f"'{path.name}' needs package '{missing[1]}', which is not found; say where packages lie: "
             f"--packages DIR (known: {', '.join(sorted(packages)) or 'none'})"
         )
-    raise DescriptionError(f"'{path}' cannot be expanded: {lines[-1][:400]}")
+    lacking = re.search(r"Undefined substitution argument (\S+)", lines[-1])
+    hint = f"; say --args {lacking[1]}=VALUE" if lacking else ""
+    raise DescriptionError(f"'{path}' cannot be expanded: {lines[-1][:400]}{hint}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import tomli_w
@@ -27,6 +28,7 @@ def import_robot(
     packages: str | Path | None = None,
     mapping: str | Path | None = None,
     *,
+    args: Mapping[str, str] | None = None,
     mend: bool = False,
 ) -> RobotReport:
     """Check a description and write it as a robot that `load_robot` and `--set robot=DIR` take.
@@ -39,13 +41,14 @@ def import_robot(
         out: the new folder.
         packages: as `check_robot_file`.
         mapping: as `check_robot_file`.
+        args: as `check_robot_file`.
         mend: as `check_robot_file`.
 
     Raises:
         SkylimbError: the description cannot be read, or the folder cannot be written.
     """
     require_new(out)
-    report = check_robot_file(path, packages, mapping, mend=mend, convert=True)
+    report = check_robot_file(path, packages, mapping, args=args, mend=mend, convert=True)
     if report.flight is None:
         raise DescriptionError(f"'{path}' is a robot of skylimb's form already; copy its folder")
     with new_folder(out) as folder:

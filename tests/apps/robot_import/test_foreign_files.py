@@ -1,0 +1,104 @@
+"""Files as others have them: arguments of a xacro, tags of simulators, shapes that are none."""
+
+from pathlib import Path
+
+import pytest
+
+from lab_style import MOVING, lab_urdf
+from made_robots import link
+from skylimb.apps.cli import main
+from skylimb.apps.robot_import.checking import check_robot_file
+from skylimb.base.errors import DescriptionError
+
+PLUGIN = """<gazebo><plugin name="motor{k}" filename="librotors_gazebo_motor_model.so">
+<jointName>spin_{name}</jointName><linkName>{name}</linkName><turningDirection>{way}</turningDirection>
+<timeConstantUp>0.0125</timeConstantUp><timeConstantDown>0.025</timeConstantDown>
+<maxRotVelocity>838</maxRotVelocity><motorConstant>8.54858e-06</motorConstant>
+<momentConstant>{moment}</momentConstant><motorNumber>{k}</motorNumber></plugin></gazebo>
+"""
+PLACES = {"a": (0.2, 0.2), "b": (-0.2, -0.2), "c": (0.2, -0.2), "d": (-0.2, 0.2)}
+
+
+def gazebo_quad(moment: object = 0.016) -> str:
+    """A quadrotor whose rotors no name tells, with the motors of RotorS and PX4, in another order."""
+    parts = [link("base", 1.2, gyration=0.1)]
+    for k, (name, (x, y)) in enumerate(PLACES.items()):
+        parts.append(link(name, 0.02, gyration=0.03))
+        limit = 'lower="-1e16" upper="1e16" effort="10" velocity="100"'
+        given = {"kind": "revolute", "parent": "base", "child": name, "axis": "0 0 1", "limit": limit}
+        parts.append(MOVING.format(name=f"spin_{name}", xyz=f"{x} {y} 0", **given))
+        parts.append(PLUGIN.format(k=3 - k, name=name, way="ccw" if x * y > 0 else "cw", moment=moment))
+    return f'<robot name="gazebo quad">{"".join(parts)}</robot>'
+
+
+def test_motor_plugins_say_all_of_the_rotors(tmp_path: Path) -> None:
+    (tmp_path / "quad.urdf").write_text(gazebo_quad())
+    report = check_robot_file(tmp_path / "quad.urdf")
+    assert report.can_hover, report.reasons
+    rotors = report.description.rotors
+    assert [rotor.link for rotor in rotors] == ["d", "c", "b", "a"]
+    assert [rotor.spin for rotor in rotors] == [-1, -1, 1, 1]
+    for rotor in rotors:
+        assert rotor.thrust_max == pytest.approx(8.54858e-06 * 838**2, rel=1e-5)
+        assert (rotor.thrust_factor, rotor.lag) == (8.54858e-06, 0.025)
+        assert abs(rotor.drag_torque_coefficient) == 0.016
+    said = {doubt.what for doubt in report.doubts}
+    assert not said & {"drag torque per thrust", "greatest thrust", "lag of the rotors", "spin of the rotors"}
+
+
+@pytest.mark.parametrize("moment", ["nan", "-1", "1e9", "", "many"])
+def test_a_plugin_with_a_number_that_is_none_is_proposed_or_refused_in_a_line(
+    tmp_path: Path, moment: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "quad.urdf").write_text(gazebo_quad(moment))
+    code = main(["robot", "check", str(tmp_path / "quad.urdf")])
+    shown = capsys.readouterr()
+    assert code == 2 if moment == "1e9" else code == 0
+    assert "the motor plugin of link" in shown.err if code else "drag torque per thrust" in shown.out
+
+
+XACRO = """<robot name="x" xmlns:xacro="http://www.ros.org/wiki/xacro">{arg}
+{inside}</robot>"""
+
+
+def test_arguments_of_a_xacro(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    inside = lab_urdf().partition('"lab quad">')[2].removesuffix("</robot>\n")
+    inside = inside.replace('<mass value="1.0"/>', '<mass value="$(arg mass)"/>')
+    path = tmp_path / "quad.urdf.xacro"
+    path.write_text(XACRO.format(arg='<xacro:arg name="mass" default="1.0"/>', inside=inside))
+    usual, heavy = check_robot_file(path), check_robot_file(path, args={"mass": "1.5"})
+    assert heavy.mass - usual.mass == pytest.approx(0.5)
+    path.write_text(XACRO.format(arg="", inside=inside))
+    assert main(["robot", "check", str(path)]) == 2
+    assert "say --args mass=VALUE" in capsys.readouterr().err
+    assert main(["robot", "check", str(path), "--args", "mass=1.5"]) == 0
+    assert main(["robot", "check", str(path), "--args", "mass"]) == 2
+    assert "must be NAME=VALUE" in capsys.readouterr().err
+    (tmp_path / "quad.urdf").write_text(lab_urdf())
+    with pytest.raises(DescriptionError, match=r"is no xacro file and takes no arguments \(mass\)"):
+        check_robot_file(tmp_path / "quad.urdf", args={"mass": "1"})
+
+
+@pytest.mark.parametrize("kind", ["visual", "collision"])
+def test_a_shape_that_is_none_is_named_with_its_link(tmp_path: Path, kind: str) -> None:
+    shape = f'<{kind}><geometry><box size="0.2 -0.1 0.1"/></geometry></{kind}>'
+    text = lab_urdf().replace('<link name="battery">', f'<link name="battery">{shape}')
+    (tmp_path / "quad.urdf").write_text(text)
+    with pytest.raises(DescriptionError, match=r"link 'battery' .* box of 0.2, -0.1, 0.1 m"):
+        check_robot_file(tmp_path / "quad.urdf")
+
+
+def test_joints_that_slide_or_mimic_are_held_and_said(tmp_path: Path) -> None:
+    slide = MOVING.format(
+        name="slide", kind="prismatic", parent="main", child="rail", xyz="0 0 0.1", axis="0 0 1",
+        limit='lower="0" upper="1" effort="1" velocity="1"',
+    )  # fmt: skip
+    mimic = slide.replace("slide", "finger").replace("rail", "pad")
+    mimic = mimic.replace("</joint>", '<mimic joint="slide"/></joint>')
+    extra = link("rail", 0.02) + link("pad", 0.02) + slide + mimic
+    (tmp_path / "quad.urdf").write_text(lab_urdf(extra=extra))
+    report = check_robot_file(tmp_path / "quad.urdf")
+    assert report.can_hover, report.reasons
+    said = {doubt.what: doubt.value for doubt in report.doubts}
+    assert "locked" in said["joint 'slide'"]
+    assert "mimics another; it is locked" in said["joint 'finger'"]
