@@ -16,29 +16,38 @@ from skylimb.analysis.exchange.messages import (
     TorqueInverse,
     UavInfo,
 )
-from skylimb.apps.ros1.spinal import Spinal, attitude_loop
+from skylimb.apps.ros1.attitude_loop import attitude_loop
+from skylimb.apps.ros1.spinal import Spinal
 from skylimb.base.rotations import quaternion_from_rotation, rotation_from_quaternion, rotation_from_rpy
 
 ROTORS = 4
 MOTORS = MotorInfo(0.58, 0.92, 1.0, 7.0, 0, (Motor(25.2, 33.0, (0.0, -5.342, 0.0976, 0.0, 0.0)),))
 """As `tools/lab_stack/board.cpp` describes them."""
 
-UNLIMITED = (np.full(ROTORS, -np.inf), np.full(ROTORS, np.inf))
+UNLIMITED = (np.array(-np.inf), np.array(np.inf))
 
 
 class BoardCase:
-    """A random case."""
+    """A random case.
 
-    def __init__(self, rng: np.random.Generator) -> None:
+    Args:
+        rng: draws it.
+        gimbal_dof: in how many directions the board turns each rotor.
+    """
+
+    def __init__(self, rng: np.random.Generator, gimbal_dof: int = 0) -> None:
+        # The board has room for ten components.
+        self.gimbal_dof, self.rotors = gimbal_dof, ROTORS - (gimbal_dof == 2)
+        entries = self.rotors * (gimbal_dof + 1)
         shared = rng.random() < 0.25
         scale = rng.choice([300, 3000, 20000])
-        self.gains = rng.integers(-scale, scale, (1 if shared else ROTORS, 7))
-        self.rows, self.inverse = rng.integers(-3000, 3000, (2, ROTORS, 3))
+        self.gains = rng.integers(-scale, scale, (1 if shared else entries, 7))
+        self.rows, self.inverse = rng.integers(-3000, 3000, (2, entries, 3))
         self.inertia = np.array([100, 1200, 1300, -120, 1, -10])
         self.desired = rng.uniform(-0.1, 0.1, 3)
         tilt = 1.2 if rng.random() < 0.05 else 0.2
         self.angles = np.array([*rng.uniform(-tilt, tilt, 2), rng.uniform(-4.0, 4.0)])
-        self.base = rng.uniform(*((0.0, 34.0) if rng.random() < 0.3 else (8.0, 13.0)), ROTORS)
+        self.base = rng.uniform(*((0.0, 34.0) if rng.random() < 0.3 else (8.0, 13.0)), entries)
         rpy = [*rng.uniform(-tilt, tilt, 2), rng.uniform(-3.0, 3.0)]
         self.turn = np.asarray(quaternion_from_rotation(np.asarray(rotation_from_rpy(*rpy))))
         self.rates, self.integral = rng.uniform(-0.3, 0.3, 3), rng.uniform(-0.05, 0.05, 2)
@@ -50,8 +59,14 @@ class BoardCase:
         return " ".join(map(repr, [len(self.gains), *numbers.tolist()]))
 
     def ours(self) -> np.ndarray:
-        """Thrusts of our board, N, and whether it lands by force, (5,)."""
-        board = Spinal(ROTORS).informed(UavInfo(ROTORS, 17)).informed(MOTORS).configured(0)
+        """Thrusts of our board, N, angles of its gimbals, rad, and whether it lands by force."""
+        board = (
+            Spinal(self.rotors)
+            .with_gimbals(self.gimbal_dof)
+            .informed(UavInfo(self.rotors, 17))
+            .informed(MOTORS)
+            .configured(0)
+        )
         board = board.gained(Gains(_rows(self.gains)))
         board = board.with_p_matrix(PMatrix(_rows(self.rows), tuple(self.inertia.tolist())))
         if len(self.gains) == 1:
@@ -59,10 +74,10 @@ class BoardCase:
         board = replace(board.desired(*self.desired.tolist()), integral=tuple(self.integral.tolist()))
         board = board.commanded(FourAxes(tuple(self.angles.tolist()), tuple(self.base.tolist())), 0.0)
         if board.heard is None:  # a command that is refused leaves the board without one
-            board = replace(board, heard=0.0, base=np.zeros(ROTORS))
+            board = replace(board, heard=0.0, base=np.zeros(board.entries))
         R = np.asarray(rotation_from_quaternion(self.turn))
         board, thrusts = attitude_loop(board, R, self.rates, 0.0, 0.001, UNLIMITED)
-        return np.append(thrusts, board.force_landing)
+        return np.concatenate([thrusts, board.gimbals, [board.force_landing]])
 
 
 def _rows(values: np.ndarray) -> tuple[tuple[Any, ...], ...]:

@@ -176,6 +176,11 @@ def test_the_yaw_error_is_that_of_the_labs_link() -> None:
     assert off[-1] < 0.05
     yaw = robot.ticks[-1].body.yaw  # type: ignore[union-attr]
     assert seen[-1]["yaw.err_p"] == pytest.approx(wrapped(turned - yaw), abs=1e-6)
+    # Roll and pitch: what the attitude law aims at, in the axes of the lab's link.
+    aimed = np.array([[one["roll.target_p"], one["pitch.target_p"]] for one in seen])
+    said = np.array([one.signals["attitude_target"][:2] for one in robot.ticks[-600:]])
+    np.testing.assert_allclose(np.linalg.norm(aimed, axis=1), np.linalg.norm(said, axis=1), atol=1e-4)
+    assert np.abs([[one["roll.err_p"], one["pitch.err_p"]] for one in seen[-100:]]).max() < 0.05
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ import pytest
 import skylimb
 from skylimb.analysis.exchange.body import Bodies
 from skylimb.analysis.exchange.frames import lab_link
-from skylimb.analysis.exchange.lab_messages import Names, TickView, transforms
+from skylimb.analysis.exchange.lab_messages import Names, TickView, full_state, transforms
 from skylimb.analysis.exchange.lab_topics import IMU, JOINT_STATES, MOCAP
 from skylimb.analysis.exchange.messages import Imu, Joints, Pose, ServoStates
 from skylimb.apps.ros1.lab_config import read_lab_config
@@ -191,11 +191,29 @@ def test_frames_lead_from_the_world_to_the_centre_of_gravity() -> None:
     body = Bodies(ROBOT, LINK).of(robot.plant.truth())
     fields = transforms(TickView(3.0, Names(ROBOT, "/other"), body))
     assert fields is not None
-    world, root = fields["transforms"]
+    world, root, board = fields["transforms"]
     assert (world["header.frame_id"], world["child_frame_id"]) == ("world", "other/root")
     assert (root["header.frame_id"], root["child_frame_id"]) == ("other/root", "other/cog")
     R = np.asarray(rotation_from_quaternion(np.array(world["transform.rotation"])))
     place = world["transform.translation"] + R @ root["transform.translation"]
     np.testing.assert_allclose(place, body.cog, atol=1e-9)
+    assert board["child_frame_id"] == "other/fc"
+    np.testing.assert_allclose(
+        world["transform.translation"] + R @ board["transform.translation"], body.link, atol=1e-9
+    )
+    turned = R @ rotation_from_quaternion(np.array(board["transform.rotation"]))
+    np.testing.assert_allclose(turned, body.R_W_link, atol=1e-9)
     level = R @ rotation_from_quaternion(np.array(root["transform.rotation"]))
     assert np.arctan2(level[1, 0], level[0, 0]) == pytest.approx(body.yaw, abs=0.01)
+
+
+def test_the_full_state_is_that_of_the_centre_of_gravity_and_of_the_labs_link() -> None:
+    robot = Steered()
+    robot.hover()
+    body = Bodies(ROBOT, LINK).of(robot.plant.truth())
+    fields = full_state(TickView(3.0, Names(ROBOT), body))
+    states = {one["id"]: one["state"] for one in fields["states"]}
+    assert list(states) == ["x_cog", "y_cog", "z_cog", "x_b", "y_b", "z_b"]
+    assert states["z_cog"][1] == (body.cog[2], body.velocity[2], 0.0)
+    assert states["x_b"][0] == (body.link[0], body.link_velocity[0], 0.0)
+    assert states["x_b"][2] == (0.0, 0.0, 0.0)  # the truth is not known

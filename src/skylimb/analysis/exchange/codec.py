@@ -27,6 +27,7 @@ from skylimb.analysis.exchange.messages import (
     Pwms,
     ServoStates,
     ServoTargets,
+    ServoTorques,
     TorqueInverse,
     UavInfo,
 )
@@ -85,6 +86,7 @@ FORMS = {
     "spinal/msg/ServoState": Form(_row, ("index", "angle")),
     "spinal/msg/ServoStates": Form(ServoStates, ("stamp", "servos")),
     "spinal/msg/ServoControlCmd": Form(ServoTargets, ("index", "angles")),
+    "spinal/msg/ServoTorqueCmd": Form(ServoTorques, ("index", "torque_enable")),
     "spinal/msg/MotorInfo": Form(Motor, ("voltage", "max_thrust", "polynominal")),
     "spinal/msg/PwmInfo": Form(
         MotorInfo,

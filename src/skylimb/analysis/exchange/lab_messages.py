@@ -17,7 +17,13 @@ import numpy as np
 from skylimb.analysis.exchange.body import Body
 from skylimb.analysis.exchange.codec import WORLD
 from skylimb.analysis.exchange.messages import FourAxes, Imu, Joints, Pose, Quaternion, Vector
-from skylimb.base.rotations import quaternion_from_rotation, rot_z, rpy_from_rotation, wrapped
+from skylimb.base.rotations import (
+    quaternion_from_rotation,
+    rot_z,
+    rotation_from_rpy,
+    rpy_from_rotation,
+    wrapped,
+)
 from skylimb.robots.model import Robot
 
 Fields = dict[str, Any]
@@ -60,6 +66,7 @@ class TickView:
         felt: rates (rad/s) and specific force (m/s^2) of the flight controller's IMU in the axes of the lab's
             link.
         magnetic_field: that its compass shows.
+        attitude: that it believes its axes to have, where it is not the body's, (3, 3).
         state: the byte of `flight_state`.
         arming: what the flight controller is commanded.
         target: position and velocity of the reference, W, (3,) each, and the yaw of the lab's link, rad.
@@ -75,6 +82,7 @@ class TickView:
     cog: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] | None = None
     felt: tuple[np.ndarray, np.ndarray] | None = None
     magnetic_field: Vector = _UNKNOWN
+    attitude: np.ndarray | None = None
     state: int | None = None
     arming: int | None = None
     target: tuple[np.ndarray, np.ndarray, float] | None = None
@@ -99,7 +107,7 @@ def mocap(tick: TickView, body: Body) -> Pose:
 @_of_body
 def imu(tick: TickView, body: Body) -> Imu:
     """Attitude of the lab's link, and what its IMU says; without one the rates that the body has."""
-    w, x, y, z = _quaternion(body.R_W_link)
+    w, x, y, z = _quaternion(body.R_W_link if tick.attitude is None else tick.attitude)
     gyro, force = tick.felt or (body.rates_link, _UNKNOWN)
     return Imu(tick.stamp, vector(gyro), vector(force), (x, y, z, w), tick.magnetic_field)
 
@@ -144,13 +152,27 @@ def baselink_odometry(tick: TickView, body: Body) -> Fields:
 
 
 @_of_body
+def full_state(tick: TickView, body: Body) -> Fields:
+    """Place and speed along each axis of centre of gravity and lab's link; the truth is not known."""
+    position, velocity = (tick.cog or body)[:2]
+    rows = (("cog", position, velocity), ("b", body.link, body.link_velocity))
+    states = [
+        {"id": f"{axis}_{name}", "state": [(float(place[i]), float(speed[i]), 0.0)] * 2 + [(0.0, 0.0, 0.0)]}
+        for name, place, speed in rows
+        for i, axis in enumerate("xyz")
+    ]
+    return {**header(tick), "states": states}
+
+
+@_of_body
 def transforms(tick: TickView, body: Body) -> Fields:
-    """The robot's root in the world and the centre of gravity in the root."""
+    """The robot's root in the world; centre of gravity and the lab's link in the root."""
     root, turn = tick.names.frame("root"), body.R_W_root.T
     R_cog = turn @ body.R_WC @ np.asarray(rot_z(body.yaw_in_C))
     frames = (
         (WORLD, root, body.root, body.R_W_root),
         (root, tick.names.frame("cog"), turn @ (body.cog - body.root), R_cog),
+        (root, tick.names.frame("fc"), turn @ (body.link - body.root), turn @ body.R_W_link),
     )
     return {
         "transforms": [
@@ -167,7 +189,7 @@ def transforms(tick: TickView, body: Body) -> Fields:
 
 @_of_body
 def pose_errors(tick: TickView, body: Body) -> Fields | None:
-    """Targets and errors; the yaw is that of the lab's link."""
+    """Targets and errors of position and attitude; the yaw is that of the lab's link."""
     if tick.target is None:
         return None
     place, speed, yaw = tick.target
@@ -178,9 +200,15 @@ def pose_errors(tick: TickView, body: Body) -> Fields | None:
             float(speed[i]),
             float(speed[i] - body.velocity[i]),
         )
-    roll, pitch, _ = floats(rpy_from_rotation(body.R_WC))
+    # Roll and pitch are those of the lab's axes: level like C, with the yaw of its link.
+    turn, wanted = np.asarray(rot_z(body.yaw_in_C)), tick.signals.get("attitude_target", np.zeros(3))
+    aimed = floats(rpy_from_rotation(np.asarray(rotation_from_rpy(*floats(wanted))) @ turn))
+    tilted, rates = floats(rpy_from_rotation(body.R_WC @ turn)), floats(turn.T @ body.rates_cog)
+    for i, axis in enumerate(("roll", "pitch")):
+        found[f"{axis}.target_p"], found[f"{axis}.err_p"] = aimed[i], aimed[i] - tilted[i]
+        found[f"{axis}.err_d"] = -rates[i]
     off = float(wrapped(yaw - body.yaw))
-    return {**found, "roll.err_p": -roll, "pitch.err_p": -pitch, "yaw.target_p": yaw, "yaw.err_p": off}
+    return {**found, "yaw.target_p": yaw, "yaw.err_p": off, "yaw.err_d": -rates[2]}
 
 
 def wrench(force: str, torque: str) -> Callable[[TickView], Fields | None]:

@@ -78,6 +78,7 @@ COG = Topic(
     _COG,
 )  # fmt: skip
 BASELINK = Topic("uav/baselink/odom", _ODOMETRY, 100.0, made.baselink_odometry)
+FULL_STATE = Topic("uav/full_state", "aerial_robot_msgs/msg/States", 100.0, made.full_state)
 WRENCH = Topic(
     "estimated_external_wrench", _WRENCH, 100.0, made.wrench(*_ESTIMATE), tuple(_ESTIMATE), _ESTIMATE
 )
@@ -93,6 +94,8 @@ PID = Topic("debug/pose/pid", "aerial_robot_msgs/msg/PoseControlPid", 40.0, made
 CONFIG = Topic("flight_config_cmd", "spinal/msg/FlightConfigCmd", 40.0, attrgetter("arming"))
 ACK = Topic("flight_config_ack", "std_msgs/msg/UInt8")
 PWMS = Topic("motor_pwms", "spinal/msg/Pwms", 10.0)
+RPY_PID = Topic("rpy/pid", "spinal/msg/RollPitchYawTerms", 10.0)
+SERVO_TORQUE = Topic("servo/torque_enable", "spinal/msg/ServoTorqueCmd")
 SERVO_STATES = Topic("servo/states", "spinal/msg/ServoStates", 50.0)
 SERVO_TARGETS = Topic("servo/target_states", "spinal/msg/ServoControlCmd", 50.0)
 MOTOR_INFO, UAV_INFO = (
@@ -102,6 +105,7 @@ MOTOR_INFO, UAV_INFO = (
 GAINS = Topic("rpy/gain", "spinal/msg/RollPitchYawTerms", 15.0)
 P_MATRIX = Topic("p_matrix_pseudo_inverse_inertia", "spinal/msg/PMatrixPseudoInverseWithInertia", 40.0)
 TORQUE_INVERSE = Topic("torque_allocation_matrix_inv", "spinal/msg/TorqueAllocationMatrixInv")
+GIMBAL_DOF = Topic("gimbal_dof", "std_msgs/msg/UInt8")
 DESIRE = Topic("desire_coordinate", "spinal/msg/DesireCoord", 15.0)
 BATTERY = Topic("battery_voltage_status", "std_msgs/msg/Float32", 10.0)
 NAV = Topic("uav/nav", "aerial_robot_msgs/msg/FlightNav")
@@ -135,7 +139,7 @@ ACTUATORS = (
 )
 """What a controller commands."""
 
-VIEWS = (STATE, COG, BASELINK, TF, PID, WRENCH, ROW, RECORD, SOURCE, DIAGNOSTICS)
+VIEWS = (STATE, COG, BASELINK, FULL_STATE, TF, PID, WRENCH, ROW, RECORD, SOURCE, DIAGNOSTICS)
 """What anybody may look at."""
 
 

@@ -7,6 +7,7 @@ fields by name.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -143,6 +144,22 @@ class ServoTargets:
 
 
 @dataclass(frozen=True)
+class ServoTorques:
+    """Servos whose torque is switched (`servo/torque_enable`): numbers on the bus, and 0 or 1 for each.
+
+    Raises:
+        ValueError: for another number of switches than of servos.
+    """
+
+    numbers: bytes
+    on: bytes
+
+    def __post_init__(self) -> None:
+        if len(self.numbers) != len(self.on):
+            raise ValueError(f"{len(self.on)} switches for {len(self.numbers)} servos")
+
+
+@dataclass(frozen=True)
 class Motor:
     """How thrust depends on duty at a voltage.
 
@@ -176,6 +193,20 @@ class MotorInfo:
     force_landing_thrust: float
     conversion: int
     motors: tuple[Motor, ...]
+
+    def duties(self, thrusts: Iterable[float], volts: float) -> tuple[float, ...]:
+        """Duties for some thrusts, N, with a battery of so many volts, as the flight controller has them."""
+        motor = min(self.motors, key=lambda one: abs(one.voltage - volts))
+        sag = (motor.voltage / volts) ** (1.5 if self.conversion else 2.0)
+
+        def duty(thrust: float) -> float:
+            force, c = max(sag * thrust, 0.0), motor.polynomial
+            if self.conversion:
+                return sum(part * (0.1 * force) ** degree for degree, part in enumerate(c)) / 100.0
+            return (-c[1] + max(c[1] ** 2 - 40.0 * c[2] * (c[0] - force), 0.0) ** 0.5) / (200.0 * c[2])
+
+        least = duty(self.min_thrust) if self.min_thrust > 0.0 else self.min_pwm
+        return tuple(min(max(duty(one), least), self.max_pwm) for one in thrusts)
 
 
 @dataclass(frozen=True)

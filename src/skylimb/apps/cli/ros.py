@@ -17,7 +17,9 @@ def ros(
     controller: Annotated[
         str | None, arg("A controller's name, its TOML file, or a Python file.", "NAME")
     ] = None,
-    experiment: Annotated[str, arg("Experiment of plant, surface and the first mission.", "NAME")] = "paper",
+    experiment: Annotated[
+        str, arg("Experiment of plant, surface and first mission: paper, for simulator free_flight.", "NAME")
+    ] = "",
     mission: Annotated[
         tuple[str, ...], arg("Experiments whose missions may be flown besides it.", "NAME ...")
     ] = (),
@@ -46,6 +48,10 @@ def ros(
         arg("What becomes of a robot that flies already when controller begins.", "land|hover"),
     ] = "land",
     check: Annotated[bool, arg("Look at everything before a flight, and command nothing.")] = False,
+    start: Annotated[
+        dict[str, Any] | None,
+        arg("Joint angles with which simulator stands, rad.", "NAME=RAD ...", settings_of),
+    ] = None,
     set: Settings = None,
     out: Annotated[str, arg("New folder for flights and missions; none by default.", "DIR")] = "",
 ) -> None:
@@ -86,6 +92,7 @@ def ros(
             calibration=calibration,
             limits=limits,
             check=check,
+            start=start,
             say=lambda words: print(words, flush=True),
             recorder=recorder,
         )

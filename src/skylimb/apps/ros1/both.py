@@ -36,6 +36,8 @@ class Both(Piloted):
         flyer: who flies it; its pacer is not looked at.
     """
 
+    slows = True
+
     def __init__(self, takeoff: Takeoff, flyer: Flyer) -> None:
         self.plant = GroundedPlant(takeoff)
         super().__init__(replace(flyer, pacer=stepped(flyer.period)), self.plant.layout)

@@ -16,6 +16,7 @@ from skylimb.apps.ros1.tick import STARTED_BY_ITS_USER
 from skylimb.base.packing import Layout
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.records import Command
+from skylimb.flight.drivers.hooks import with_own_model
 from skylimb.flight.drivers.world import world
 from skylimb.flight.events import require_applied
 from skylimb.flight.flying import simulated_vehicle
@@ -24,23 +25,33 @@ from skylimb.flight.takeoff import Takeoff
 STAND = 0.15
 """Height of the measured link of a robot that stands, m."""
 
-ROWS = 600_000
-"""Ticks for which the sensors' noise is laid out: 50 minutes at 200 Hz. The flight's own comes again."""
-
 
 class GroundedPlant:
     """The plant; the ground holds whoever sinks below it, at rest and as it came down.
 
     Args:
-        takeoff: gives plant, sensors and surface; its mission only where the robot stands.
+        takeoff: gives plant, sensors and surface; its mission only where the robot stands. Its noise comes
+            again after its last tick.
+        angles: of joints and vectoring joints that it stands with, rad; the mission's first ones by default.
     """
 
-    def __init__(self, takeoff: Takeoff) -> None:
+    def __init__(self, takeoff: Takeoff, angles: np.ndarray | None = None) -> None:
         require_applied(takeoff.experiment.events, (), STARTED_BY_ITS_USER)
-        here = world(takeoff, np.arange(ROWS) * takeoff.period)
+        here = world(takeoff)
+        if here.plant is takeoff.plant:
+            here = here._replace(plant=with_own_model(here.plant))
         self._plant, self._model, self._data = here.plant, here.plant.model, here.data
         self._data.qpos[2] = STAND
-        self._ticks = 0
+        robot = takeoff.robot
+        self._servos = slice(robot.n_rotors, robot.n_rotors + robot.n_joints + robot.n_vectoring)
+        springs = (
+            self._model.actuator_gainprm[self._servos, 0],
+            self._model.actuator_biasprm[self._servos, 1:3],
+        )
+        self._springs = springs[0].copy(), springs[1].copy()
+        if angles is not None:
+            self._data.qpos[[*here.plant.joint_qpos, *here.plant.vectoring_qpos]] = angles
+            self._data.act[self._servos] = angles
         self._vehicle = simulated_vehicle(takeoff, here, takeoff.rows.ticks)
         self._root = self._model.body(takeoff.robot.description.root).id
         self._stands: np.ndarray | None = np.array(self._data.qpos[0:7])
@@ -58,8 +69,7 @@ class GroundedPlant:
     @property
     def over(self) -> str:
         """Why it cannot go on; empty while it can."""
-        late = self._ticks >= ROWS - 1
-        return self._vehicle.fault() or ("the time is over for which noise is laid out" if late else "")
+        return self._vehicle.fault()
 
     def measure(self) -> Measurement:
         """What the sensors say."""
@@ -79,8 +89,13 @@ class GroundedPlant:
     def apply(self, command: Command) -> None:
         """A tick of physics, then the ground."""
         self._vehicle.apply(command)
-        self._ticks += 1
         self._hold()
+
+    def enable(self, on: np.ndarray) -> None:
+        """Switch the servos' torque: 1 or 0 for each, shape joints first."""
+        stiffness, bias = self._springs
+        self._model.actuator_gainprm[self._servos, 0] = on * stiffness
+        self._model.actuator_biasprm[self._servos, 1:3] = on[:, None] * bias
 
     def _hold(self) -> None:
         """Put a robot that is on the ground and does not rise back at rest."""

@@ -12,7 +12,6 @@ import numpy as np
 
 from skylimb.analysis.exchange.lab_topics import DIAGNOSTICS
 from skylimb.analysis.exchange.recorder import FlightRecorder
-from skylimb.apps.ros1.both import Both
 from skylimb.apps.ros1.bridge.process import Bridge
 from skylimb.apps.ros1.messages import Arrived, Outgoing
 from skylimb.apps.ros1.piloted import Piloted
@@ -83,7 +82,7 @@ class Node:
                 k = 0
                 while not self._done():
                     self._late.append(self._pacer.wait(k))
-                    if isinstance(self._profile, Both) and self._pacer.missed:
+                    if self._profile.slows and self._pacer.missed:
                         self._pacer.forgive()
                     messages = self._profile.tick(self._arrived(), self._clock())
                     self._bridge.carry(messages)

@@ -31,9 +31,12 @@ class Piloted(ABC):
         layout: of what is recorded of the robot.
 
     Attributes:
+        slows: whether it is slow on a busy computer, as its time goes on with its ticks.
         last: the last tick; None before the first one.
         kept: flights and missions so far.
     """
+
+    slows = False
 
     def __init__(self, flyer: Flyer, layout: Layout[dict[str, Any]]) -> None:
         self.pilot, self._pacer, self._period = Pilot(flyer), flyer.pacer, flyer.period

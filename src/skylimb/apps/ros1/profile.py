@@ -52,6 +52,9 @@ def profile_topics(profile: str, servos: bool = False) -> ProfileTopics:
         states, targets = (topics.SERVO_STATES,), (topics.SERVO_TARGETS,)
     robot = (*sensors, *states, topics.ACK, topics.PWMS, topics.BATTERY)
     if profile == "simulator":
-        return ProfileTopics((*board, *targets), (*robot, topics.DIAGNOSTICS))
+        switch = (topics.GIMBAL_DOF, *((topics.SERVO_TORQUE,) if servos else ()))
+        return ProfileTopics(
+            (*board, *targets, *switch), (topics.CLOCK, *robot, topics.RPY_PID, topics.DIAGNOSTICS)
+        )
     more = (topics.JOINT_STATES,) if servos else ()
     return ProfileTopics((*topics.USER, *robot), (*board, *targets, *more, *topics.VIEWS))

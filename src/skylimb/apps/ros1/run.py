@@ -14,6 +14,7 @@ from skylimb.analysis.exchange.message_types import Definitions
 from skylimb.analysis.exchange.recorder import FlightRecorder
 from skylimb.apps.ros1.both import Both
 from skylimb.apps.ros1.bridge.installation import (
+    by_clock,
     described_mass,
     require_loopback,
     require_master,
@@ -81,7 +82,7 @@ def run(
     profile: str,
     *,
     robot: str = "",
-    experiment: str = "paper",
+    experiment: str = "",
     missions: Sequence[str] = (),
     controller: str | None = None,
     settings: Mapping[str, Any] | None = None,
@@ -95,6 +96,7 @@ def run(
     calibration: str | None = None,
     limits: FlightLimits | None = None,
     check: bool = False,
+    start: Mapping[str, float] | None = None,
     say: Callable[[str], None] = print,
     recorder: FlightRecorder | None = None,
 ) -> Flown:
@@ -103,7 +105,8 @@ def run(
     Args:
         profile: one of `PROFILES`.
         robot: in place of the experiment's.
-        experiment: gives plant, surface and the first mission.
+        experiment: gives plant, surface and the first mission; "paper" by default, for `simulator`
+            "free_flight", where nothing stands in a client's way.
         missions: further experiments whose missions may be flown, on the first one's surface.
         controller: as of `skylimb.run`.
         settings: dotted keys and new values.
@@ -117,6 +120,7 @@ def run(
         calibration: as of `skylimb.run`.
         limits: of flight states and targets.
         check: whether it looks for some seconds, says what it found, and commands nothing.
+        start: angles by name, rad, with which `simulator` stands; others are the experiment's.
         say: takes what people are to read.
         recorder: keeps flights on the disk as they are flown.
 
@@ -131,9 +135,12 @@ def run(
         raise ConfigError("both has neither motors nor servos of the lab; --config is not for it")
     if check and profile != "controller":
         raise ConfigError("--check looks at a robot: it is for the profile controller")
+    if start and profile != "simulator":
+        raise ConfigError("--start says how the robot of simulator stands")
     require_ros()
     require_loopback(anywhere)
     definitions = Definitions(messages)
+    experiment = experiment or ("free_flight" if profile == "simulator" else "paper")
     # A robot on these topics has an IMU.
     keys = {"sensors.imu.on": True, **(settings or {}), **({"robot": robot} if robot else {})}
     period = load_experiment(experiment, parted(keys)[0]).control_period
@@ -147,7 +154,7 @@ def run(
     require_master()
     pacer, link = Pacer(period), lab_link(plan.robot, link)
     if profile == "simulator":
-        made: Profile = Simulated(simulated(plan), link, pacer, cells, lab.servos)
+        made: Profile = Simulated(simulated(plan), link, pacer, cells, lab.servos, start, slows=by_clock())
     else:
         desk = desk_of(plan.robot, described_mass(namespace), calibration)
         flyer = Flyer(

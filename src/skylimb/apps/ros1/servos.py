@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
 
 from skylimb.analysis.exchange.lab_messages import Names
@@ -66,5 +66,8 @@ class Servos:
 
     def angles(self, counts: Iterable[tuple[int, int]]) -> dict[str, float]:
         """Angles by name, rad, of numbers and counts; numbers that are no servo of ours are left out."""
-        named = ((self._names.get(number), count) for number, count in counts)
-        return {name: self._servos[name].angle(count) for name, count in named if name is not None}
+        return {name: self._servos[name].angle(count) for name, count in self.named(counts)}
+
+    def named(self, values: Iterable[tuple[int, int]]) -> Iterator[tuple[str, int]]:
+        """Names and values of numbers and values; numbers that are no servo of ours are left out."""
+        return ((self._names[number], value) for number, value in values if number in self._names)

@@ -1,9 +1,6 @@
-"""The attitude loop of the lab's flight controller, as it runs on board: thrusts of base thrusts and gains.
+"""What the lab's flight controller remembers, and what each message of the computer's makes of it.
 
-    thrust_i = base_i + roll and pitch terms_i + gyro term_i + yaw term_i
-
-Failsafe, forced landing and what gives way where a motor cannot (yaw, or all base thrusts alike) are its own.
-Numbers of messages are thousandths, as they travel.
+Numbers of messages are thousandths, as they travel. What it does with them: `attitude_loop`.
 """
 
 from __future__ import annotations
@@ -13,6 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from skylimb.analysis.exchange.messages import (
+    Desire,
     FourAxes,
     Gains,
     MotorInfo,
@@ -22,16 +20,18 @@ from skylimb.analysis.exchange.messages import (
     UavInfo,
 )
 from skylimb.apps.ros1.states import Arming
-from skylimb.base.rotations import rotation_from_rpy, rpy_from_rotation
-
-SILENCE = 0.5
-"""Seconds without a command after which it lands by force."""
+from skylimb.base.rotations import rotation_from_rpy
 
 TILT = 1.0
-"""Roll or pitch, measured or commanded, beyond which it does, rad."""
+"""Roll or pitch, measured or commanded, beyond which it lands by force, rad."""
 
-FALLING, LEAST = 2.5, 7.0
-"""Of a forced landing: what the mean base thrust loses, N/s, and what it ends at where nobody says, N."""
+LEAST = 7.0
+"""Mean base thrust that a forced landing ends at where nobody says, N."""
+
+MOST_COMPONENTS = 10
+"""Of the rotors' forces, for which the board has room."""
+
+Told = FourAxes | Gains | PMatrix | TorqueInverse | Desire | UavInfo | MotorInfo
 
 _MILLI = 1e-3
 _INTEGRATE = {160: True, 161: False}
@@ -43,6 +43,8 @@ class Spinal:
 
     Attributes:
         rotors: how many.
+        gimbal_dof: in how many directions the board turns each rotor itself, 0 to 2; a base thrust, a row of
+            gains and the like then stand for each component of a rotor's force, x (y) z.
         uav: the computer's `uav_info`; None before it came.
         motors: likewise its `motor_info`.
         armed: whether the motors turn.
@@ -59,9 +61,13 @@ class Spinal:
         inertia: (3, 3).
         offset: from the board's axes to those that are controlled, (3, 3).
         integral: of the errors of roll and pitch, rad s, (2,).
+        terms: what they came to at the last pass: roll p i d, pitch p i d, yaw d of each rotor, N, (n, 7).
+        thrusts: what was asked for then, N, (n,).
+        gimbals: angles of the rotors that the board turns, (n * gimbal_dof,) rad.
     """
 
     rotors: int
+    gimbal_dof: int = 0
     uav: UavInfo | None = None
     motors: MotorInfo | None = None
     armed: bool = False
@@ -78,6 +84,14 @@ class Spinal:
     inertia: np.ndarray | None = None
     offset: np.ndarray | None = None
     integral: tuple[float, float] = (0.0, 0.0)
+    terms: np.ndarray | None = None
+    thrusts: np.ndarray | None = None
+    gimbals: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def entries(self) -> int:
+        """Components of the rotors' forces."""
+        return self.rotors * (self.gimbal_dof + 1)
 
     @property
     def ready(self) -> bool:
@@ -90,10 +104,40 @@ class Spinal:
         """Mean thrust that a forced landing ends at, N."""
         return LEAST if self.motors is None else self.motors.force_landing_thrust
 
-    def pwms(self, stamp: float) -> Pwms:
-        """What its motors are driven with, as far as anybody reads it: whether they turn at all."""
-        duty = self.motors.min_pwm if self.armed and self.motors is not None else 0.5
-        return Pwms(stamp, (round(2000.0 * duty),) * self.rotors)
+    def pwms(self, stamp: float, volts: float) -> Pwms:
+        """What its motors are driven with."""
+        duties, motors = (0.5,) * self.rotors, self.motors
+        if self.armed and motors is not None:
+            thrusts = np.zeros(self.rotors) if self.thrusts is None else self.thrusts
+            duties = motors.duties(thrusts, volts) if motors.motors else (motors.min_pwm,) * self.rotors
+        return Pwms(stamp, tuple(int(2000.0 * duty) for duty in duties))
+
+    def pid(self) -> Gains:
+        """Terms of each rotor, in thousandths."""
+        terms = np.zeros((self.entries, 7)) if self.terms is None else self.terms
+        return Gains(tuple(map(tuple, np.clip(terms / _MILLI, -32768, 32767).astype(int).tolist())))
+
+    def told(self, message: Told, now: float) -> Spinal:
+        """After a message of the computer's."""
+        match message:
+            case FourAxes():
+                return self.commanded(message, now)
+            case Gains():
+                return self.gained(message)
+            case PMatrix():
+                return self.with_p_matrix(message)
+            case TorqueInverse():
+                return self.with_torque_inverse(message)
+            case Desire(roll, pitch, yaw):
+                return self.desired(roll, pitch, yaw)
+        return self.informed(message)
+
+    def with_gimbals(self, dof: int) -> Spinal:
+        """After a `gimbal_dof`, which is taken once, before it is armed."""
+        fits = self.rotors * (dof + 1) <= MOST_COMPONENTS
+        if dof not in (1, 2) or self.gimbal_dof or self.armed or not fits:
+            return self
+        return replace(self, gimbal_dof=dof, gimbals=np.zeros(self.rotors * dof))
 
     def informed(self, message: UavInfo | MotorInfo) -> Spinal:
         """After a `uav_info` or a `motor_info`; its number of motors is taken once."""
@@ -106,7 +150,8 @@ class Spinal:
         if command == Arming.ON and not self.ready:
             return self
         if command in (Arming.ON, Arming.OFF):
-            known = Spinal(self.rotors, self.uav, self.motors, p_matrix=self.p_matrix, inertia=self.inertia)
+            kept = ("rotors", "gimbal_dof", "gimbals", "uav", "motors", "p_matrix", "inertia")
+            known = Spinal(**{name: getattr(self, name) for name in kept})
             return replace(known, armed=command == Arming.ON)
         if command == Arming.FORCE_LANDING:
             return replace(self, force_landing=True)
@@ -116,13 +161,13 @@ class Spinal:
         """After a `four_axes/command`; one of another number of rotors is none."""
         thrusts = np.array(message.base_thrust, dtype=float)
         numbers = np.array([*message.angles, *thrusts])
-        if not self.armed or thrusts.shape != (self.rotors,) or not np.isfinite(numbers).all():
+        if not self.armed or thrusts.shape != (self.entries,) or not np.isfinite(numbers).all():
             return self
         tilted = max(abs(message.angles[0]), abs(message.angles[1])) > TILT
         if (self.force_landing or tilted) and float(thrusts.mean()) < self.least:
             return replace(self, force_landing=True)
         landing, yaw = self.force_landing or tilted, self.yaw
-        if (strongest := self._strongest) is not None and self.gains is not None:
+        if (strongest := self.strongest) is not None and self.gains is not None:
             # The computer's yaw term is that of the rotor with the largest gain; others go in proportion.
             shares = self.gains[2][:, 2]
             yaw = message.angles[2] * shares / shares[strongest]
@@ -132,7 +177,7 @@ class Spinal:
 
     def gained(self, message: Gains) -> Spinal:
         """After an `rpy/gain` with an entry for each rotor, or with one, of torques, for all."""
-        if len(message.motors) not in (1, self.rotors):
+        if len(message.motors) not in (1, self.entries):
             return self
         rows = _MILLI * np.array(message.motors, dtype=float)
         zero = np.zeros(len(rows))
@@ -140,24 +185,24 @@ class Spinal:
         i = np.stack([rows[:, 1], rows[:, 4], zero], axis=1)
         d = np.stack([rows[:, 2], rows[:, 5], rows[:, 6]], axis=1)
         gains = np.stack([p, i, d])
-        if len(rows) == self.rotors:
+        if len(rows) == self.entries:
             return replace(self, gains=gains)
         return replace(self, torque_gains=gains[:, 0])._mapped()
 
     def with_torque_inverse(self, message: TorqueInverse) -> Spinal:
         """After a `torque_allocation_matrix_inv`, which only an armed board takes."""
-        if len(message.rows) != self.rotors or not self.armed:
+        if len(message.rows) != self.entries or not self.armed:
             return self
         return replace(self, torque_inverse=_MILLI * np.array(message.rows, dtype=float))._mapped()
 
     def _mapped(self) -> Spinal:
         """With gains of each rotor from those of torques; each is nothing before it came."""
-        inverse = np.zeros((self.rotors, 3)) if self.torque_inverse is None else self.torque_inverse
+        inverse = np.zeros((self.entries, 3)) if self.torque_inverse is None else self.torque_inverse
         torques = np.zeros((3, 3)) if self.torque_gains is None else self.torque_gains
         return replace(self, gains=torques[:, None, :] * inverse)
 
     @property
-    def _strongest(self) -> int | None:
+    def strongest(self) -> int | None:
         """Rotor with the largest yaw gain; only one above zero counts."""
         if self.gains is None or (shares := self.gains[2][:, 2]).max() <= 0.0:
             return None
@@ -165,7 +210,7 @@ class Spinal:
 
     def with_p_matrix(self, message: PMatrix) -> Spinal:
         """After a `p_matrix_pseudo_inverse_inertia`."""
-        if len(message.rows) != self.rotors:
+        if len(message.rows) != self.entries:
             return self
         xx, yy, zz, xy, yz, xz = (_MILLI * value for value in message.inertia)
         inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
@@ -174,80 +219,3 @@ class Spinal:
     def desired(self, roll: float, pitch: float, yaw: float) -> Spinal:
         """After a `desire_coordinate`."""
         return replace(self, offset=np.asarray(rotation_from_rpy(roll, pitch, yaw)))
-
-
-def attitude_loop(
-    spinal: Spinal,
-    R: np.ndarray,
-    rates: np.ndarray,
-    now: float,
-    dt: float,
-    limits: tuple[np.ndarray, np.ndarray],
-) -> tuple[Spinal, np.ndarray]:
-    """One pass.
-
-    Args:
-        spinal: as it was.
-        R: axes of the board in W, (3, 3).
-        rates: in them, rad/s, (3,).
-        now: s.
-        dt: since the last pass, s.
-        limits: of the thrusts, N, (n,) each.
-
-    Returns:
-        It, and the thrusts, N, (n,): zero where the motors are off.
-    """
-    heard = spinal.heard
-    if not spinal.armed or heard is None:
-        return spinal, np.zeros(spinal.rotors)
-    offset = np.eye(3) if spinal.offset is None else spinal.offset
-    R, rates = R @ offset.T, offset @ rates
-    attitude = np.asarray(rpy_from_rotation(R), dtype=float)
-    if not spinal.force_landing and np.abs(attitude[:2]).max() > TILT:
-        spinal = replace(spinal, force_landing=True, integral=(0.0, 0.0))
-    if spinal.force_landing or now - heard > SILENCE:
-        spinal = replace(spinal, force_landing=True, angles=(0.0, 0.0), yaw=np.zeros(spinal.rotors))
-    base = spinal.base
-    if spinal.force_landing and float(base.mean()) > spinal.least:
-        base = base * (1.0 - FALLING * dt / float(base.mean()))
-        spinal = replace(spinal, base=base)
-    error = np.array([*(spinal.angles - attitude[:2]), 0.0])
-    integral = np.array([*spinal.integral, 0.0]) + (error * dt if spinal.integrates else 0.0)
-    spinal = replace(spinal, integral=(float(integral[0]), float(integral[1])))
-    return spinal, np.clip(_saturated(spinal, *_terms(spinal, error, integral, rates)), *limits)
-
-
-def _terms(
-    spinal: Spinal, error: np.ndarray, integral: np.ndarray, rates: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """What roll, pitch and gyro add to the base thrusts, and what yaw does, N, (n,) each."""
-    level, yaw = np.zeros(spinal.rotors), np.zeros(spinal.rotors)
-    if spinal.gains is not None:
-        p, i, d = spinal.gains
-        level = p @ error + i @ integral - d[:, :2] @ rates[:2]
-        yaw = -d[:, 2] * rates[2]
-    if spinal.p_matrix is not None and spinal.inertia is not None:
-        level = level + spinal.p_matrix @ np.cross(rates, spinal.inertia @ rates)
-    return level, yaw + spinal.yaw if len(spinal.yaw) else yaw
-
-
-def _saturated(spinal: Spinal, level: np.ndarray, yaw: np.ndarray) -> np.ndarray:
-    """Thrusts, N, (n,), after what gives way: yaw where a motor would leave its range, then the base thrusts.
-
-    It knows motors as `motor_info` says them, whatever they really can.
-    """
-    base, motors = spinal.base, spinal.motors
-    asked = base + level
-    if motors is None or not motors.motors:
-        return asked + yaw
-    highest, lowest = int(asked.argmax()), int(asked.argmin())
-    above = motors.motors[0].max_thrust - asked[highest]
-    below = asked[lowest] - motors.min_thrust
-    if above < 0.0 and base[highest] > 0.0:
-        return asked + base * above / base[highest]
-    if spinal._strongest is None or base[0] == 0.0:
-        return asked
-    missing, rotor = (-below, lowest) if below < above else (-above, highest)
-    if missing > 0.0:
-        yaw = yaw * (1.0 - min(1.0, missing / abs(yaw[rotor]) if yaw[rotor] else 1.0))
-    return asked + yaw

@@ -12,7 +12,7 @@ import numpy as np
 from skylimb.flight.events import ModelRows, Timeline
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.robot_bodies import TIP_SITE
-from skylimb.simulation.surfaces import PairFriction
+from skylimb.simulation.surfaces import PairFriction, Surface
 
 Hook = Callable[[int], None]
 """Called before the physics of a tick, with its number."""
@@ -45,16 +45,31 @@ def standing(plant: Plant, data: mujoco.MjData, times: np.ndarray) -> list[Hook]
     """What the surface does by itself: it moves, and its friction varies."""
     found: list[Hook] = []
     if plant.wall_joint is not None:
-        position, velocity = plant.surface.motion(times)
         at, dof = plant.wall_joint
+        motion = moving(plant.surface, times)
 
         def move_wall(k: int) -> None:
-            data.qpos[at], data.qvel[dof] = position[k], velocity[k]
+            data.qpos[at], data.qvel[dof] = motion(k)
 
         found.append(move_wall)
     if plant.surface.friction_varies:
         found.append(friction_writer(plant, data, times))
     return found
+
+
+def moving(surface: Surface, times: np.ndarray) -> Callable[[int], tuple[float, float]]:
+    """Displacement and velocity of a surface at any tick; of those behind `times` as many at once."""
+    count, at, motion = len(times), 0, surface.motion(times)
+    span = count * float(times[1] - times[0]) if count > 1 else 0.0
+
+    def now(k: int) -> tuple[float, float]:
+        nonlocal at, motion
+        lap, row = divmod(k, count)
+        if lap != at:
+            at, motion = lap, surface.motion(times + lap * span)
+        return motion[0][row], motion[1][row]
+
+    return now
 
 
 def bound_places(model: mujoco.MjModel, rows: ModelRows) -> list[tuple[np.ndarray, slice]]:
@@ -95,11 +110,11 @@ def friction_writer(plant: Plant, data: mujoco.MjData, times: np.ndarray) -> Hoo
     friction = PairFriction(model, plant.surface)
     site = model.site(TIP_SITE).id
     position, velocity = data.site_xpos[site], np.zeros(6)
-    displacement, wall_speed = plant.surface.motion(times)
+    motion = moving(plant.surface, times)
 
     def write(k: int) -> None:
         mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_SITE, site, velocity, 0)
-        friction.update(position, velocity[3:], float(displacement[k]), float(wall_speed[k]))
+        friction.update(position, velocity[3:], *map(float, motion(k)))
 
     return write
 

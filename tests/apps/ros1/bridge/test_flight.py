@@ -38,6 +38,8 @@ QUICK = {
 }
 """A mission of few seconds."""
 
+FRAMES = {"hydrus_xi/root": "world", "hydrus_xi/cog": "hydrus_xi/root", "hydrus_xi/fc": "hydrus_xi/root"}
+
 
 @contextmanager
 def running(environment: dict[str, str], words: list[str], log: Path) -> Iterator[subprocess.Popen[bytes]]:
@@ -117,7 +119,7 @@ def test_a_flight_with_the_labs_topics_survives_its_master(master: dict[str, str
 
     seen, said = fly(master, tmp_path, "hybrid", QUICK, 12.0, kill, record=False)
     assert seen["states"][0] == 0
-    assert seen["frames"] == {"hydrus_xi/root": "world", "hydrus_xi/cog": "hydrus_xi/root"}
+    assert seen["frames"] == FRAMES
     # START and STOP last for a tick; the topic shows every fifth.
     assert [state for state in seen["states"] if state not in (1, 6)][-5:] == [2, 3, 5, 4, 0]
     assert "takeoff is refused in HOVER: the robot flies already" in said
@@ -161,7 +163,7 @@ def test_controller_and_simulator_fly_in_servo_counts(master: dict[str, str], tm
     common = ["--messages", str(MESSAGES), "--config", str(lab / "servo.yaml")]
     settings = ["--set", *(f"{key}={value}" for key, value in QUICK.items())]
     ros = [sys.executable, "-m", "skylimb", "ros"]
-    simulator = [*ros, "simulator", *common, *settings]
+    simulator = [*ros, "simulator", "--experiment", "paper", *common, *settings]
     motors = str(lab / "motor_info.yaml")
     controller = [*ros, "controller", "--bare", "--controller", "hybrid", *common, motors, *settings]
     log = tmp_path / "controller.log"
@@ -179,7 +181,7 @@ def test_controller_and_simulator_fly_in_servo_counts(master: dict[str, str], tm
     assert client.returncode == 0, client.stdout.decode() + client.stderr.decode() + said
     seen = json.loads((tmp_path / "seen.json").read_text(encoding="utf-8"))
     assert [state for state in seen["states"] if state not in (1, 6)][-5:] == [2, 3, 5, 4, 0]
-    assert seen["frames"] == {"hydrus_xi/root": "world", "hydrus_xi/cog": "hydrus_xi/root"}
+    assert seen["frames"] == FRAMES
     assert "mission 'paper': flown; hovering at its end" in said
     for name, angle in {"joint1": 0.87, "joint2": 1.4, "joint3": -0.7}.items():
         assert abs(seen["posed"][name] - angle) < 0.08

@@ -6,6 +6,7 @@ import os
 import sys
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 from urllib.parse import urlparse
 
 from skylimb.base.errors import ConfigError, MissingExtraError
@@ -75,11 +76,24 @@ def require_master() -> None:
 
 def described_mass(namespace: str) -> float | None:
     """Mass of the robot that ROS's parameters describe, kg; None where they describe none."""
+    try:
+        text = _parameter(f"/{namespace.strip('/')}/robot_description")
+        masses = [float(one.get("value", "nan")) for one in read_xml(str(text).encode()).iter("mass")]
+    except Exception:  # there is none, or it is no description
+        return None
+    return sum(masses) if masses else None
+
+
+def by_clock() -> bool:
+    """Whether nodes live by `/clock`: the parameter `/use_sim_time`."""
+    return _parameter("/use_sim_time") is True
+
+
+def _parameter(name: str) -> Any:
+    """A parameter of the master; None where it has none of that name."""
     import rosgraph
 
     try:
-        text = rosgraph.Master("/skylimb").getParam(f"/{namespace.strip('/')}/robot_description")
-        masses = [float(one.get("value", "nan")) for one in read_xml(str(text).encode()).iter("mass")]
-    except Exception:  # rosgraph has no such parameter, or it is no description
+        return rosgraph.Master("/skylimb").getParam(name)
+    except Exception:  # rosgraph has several of its own
         return None
-    return sum(masses) if masses else None
