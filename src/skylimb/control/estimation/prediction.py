@@ -5,7 +5,7 @@ The prediction is of what the sensors would show, latency included, so that it c
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,10 +28,14 @@ from skylimb.control.estimation.momentum_observer import (
 from skylimb.control.estimation.records import BodyState, Measurement
 from skylimb.control.thrusts import rotor_wrench
 from skylimb.robots.model import Robot, RobotState
-from skylimb.symbolic import Array, cross, dot, low_pass, right_inverse, vector
+from skylimb.symbolic import Array, cross, dot, low_pass, right_inverse, stack, vector, where
 
 _FILTER = AngleRateFilter()
 _OBSERVER = numeric(ObserverGains((10.0, 10.0, 10.0), (10.0, 10.0, 10.0)))
+
+_MEAN, _VELOCITY = 3.0, 10.0
+"""Poles of the wrench and of the velocity that a blind flight begins with, 1/s: one measurement's noise, or a
+velocity that is differenced, would lead it astray."""
 
 
 class Motion(NamedTuple):
@@ -57,7 +61,8 @@ class Prediction(NamedTuple):
         motion: predicted for this tick.
         angles: joint and vectoring angles that were last believed, rad.
         rates: of these.
-        observer: of the external wrench, which goes on to act.
+        observer: of the external wrench.
+        mean: of what it estimates, W and C, N and N m, (6,): while nobody sees the robot this goes on to act.
         delay: wrenches that no measurement has shown yet.
         thrusts: that the rotors make, behind their lag, N, (n,).
     """
@@ -66,6 +71,7 @@ class Prediction(NamedTuple):
     angles: Array
     rates: AngleRateState
     observer: ObserverState
+    mean: Array
     delay: DelayState
     thrusts: Array
 
@@ -75,7 +81,7 @@ def initial_prediction(robot: Robot, thrusts: np.ndarray) -> Prediction:
     z3 = np.zeros(3)
     motion = Motion(z3, z3, np.array([1.0, 0.0, 0.0, 0.0]), z3)
     angles, rates = np.zeros(robot.n_joints + robot.n_vectoring), initial_angle_rate_state(robot)
-    return Prediction(motion, angles, rates, ObserverState(), DelayState(), thrusts)
+    return Prediction(motion, angles, rates, ObserverState(), np.zeros(6), DelayState(), thrusts)
 
 
 def differenced(state: Prediction, angles: Array, dt: float) -> tuple[Prediction, Array]:
@@ -100,12 +106,25 @@ def shown(state: Prediction, model: RobotState, n_joints: int, speeds: Array) ->
 
 
 def seen(
-    robot: Robot, state: Prediction, measurement: Measurement, speeds: Array, dt: float
+    robot: Robot, state: Prediction, measurement: Measurement, speeds: Array, stale: Any, dt: float
 ) -> tuple[Prediction, BodyState]:
-    """The prediction that knows this tick's measurement, and the body's state by it."""
+    """The prediction that knows this tick's measurement, and the body's state by it.
+
+    Args:
+        robot: the model.
+        state: of the last tick, with this tick's angles.
+        measurement: of this tick, or in its place what `shown` says.
+        speeds: of joint and vectoring angles, rad/s.
+        stale: 1 where it is in its place: the mean wrench goes on to act.
+        dt: control period, s.
+    """
     body = body_state(robot, measurement, speeds)
-    observer, _ = observe(_OBSERVER, state.observer, body, dt)
-    return state._replace(observer=observer), body
+    observer, wrench = observe(_OBSERVER, state.observer, body, dt)
+    mean = where(stale > 0.5, state.mean, low_pass(state.mean, stack(*wrench), _MEAN, dt))
+    observer = observer._replace(
+        force=where(stale > 0.5, mean[0:3], wrench.force), torque=where(stale > 0.5, mean[3:6], wrench.torque)
+    )
+    return state._replace(observer=observer, mean=mean), body
 
 
 def moved(
@@ -135,13 +154,14 @@ def moved(
     known = delayed_wrench(Delay(latency), delay, dt)
     observer = state.observer._replace(known_force=known.force, known_torque=known.torque)
     model = body.model
+    velocity = low_pass(state.motion.velocity, body.velocity, _VELOCITY, dt)
     push = (dt / model.mass) * (known.force + observer.force)
     spin = dt * (right_inverse(model.inertia_C) @ (known.torque + observer.torque))
     turn = model.R_root_C @ (dt * (body.angular_velocity + 0.5 * spin))
     half = quaternion_product(quaternion, vector(1.0, 0.5 * turn[0], 0.5 * turn[1], 0.5 * turn[2]))
     motion = Motion(
-        position=body.position + dt * (body.velocity + 0.5 * push),
-        velocity=body.velocity + push,
+        position=body.position + dt * (velocity + 0.5 * push),
+        velocity=velocity + push,
         quaternion=half / dot(half, half) ** 0.5,
         angular_velocity=model.R_root_C @ (body.angular_velocity + spin),
     )

@@ -32,6 +32,9 @@ UNSEEN = 1e6
 LATE = 0.03
 """Age beyond the assumed latency at which a frame says nothing of the rotors any more, s."""
 
+SHAKEN = 0.3
+"""Time for which a pose that comes back shakes the robot, s."""
+
 
 class Belief(NamedTuple):
     """What a look comes to.
@@ -80,6 +83,7 @@ def believed(
     stale = over(unseen, limits.stale_after)
     # An old pose is good until it is stale, as frames come more slowly than ticks.
     good = within(fault, 0.0, 0.5) * (1.0 - stale)
+    back = where(stale * watch.started > 0.5, 0.0, clocks.back + dt)
     pose = {
         name: where(good > 0.5, getattr(measured, name), getattr(predicted, name))
         for name in Measurement._fields[:4]
@@ -89,15 +93,15 @@ def believed(
     imu, unheard, speaks = _heard(limits, measured.imu, watch.before.imu, clocks.unheard + dt)
     measured = measured._replace(imu=imu)
     belief = measured._replace(joint_angles=q, vectoring_angles=psi, capture_age=age, **pose)
-    prediction, body = seen(robot, prediction, belief, speeds, dt)
+    prediction, body = seen(robot, prediction, belief, speeds, stale, dt)
     # Joints and rotors: where servos should have turned them, and what the loss of one rotor would explain.
     servos, astray = watch.servos, 0.0
     loss, lost = watch.loss, Seen(0.0 * watch.loss.left, 0.0, 0.0)
     if limits.losses:
         commanded = stack(watch.command.joint_angles, watch.command.vectoring_angles)
         servos, astray = watch_servos(robot, servos, commanded, angles, dt)
-        # Where a rotor has lost thrust the others change so fast that their servos give way.
-        astray = astray * within(watch.loss.left, 1.0, np.inf)
+        # Where a rotor has lost thrust, or a pose comes back, the others change so fast that servos give way.
+        astray = astray * within(watch.loss.left, 1.0, np.inf) * over(back, SHAKEN)
         # A robot that swings, as frames are older than its model assumes, or that bends where nobody sent it,
         # looks like one without a rotor.
         fresh = good * within(measured.capture_age, 0.0, limits.latency + LATE) * (1.0 - astray)
@@ -107,7 +111,9 @@ def believed(
         prediction = prediction._replace(observer=observer)
     watch = watch._replace(
         started=where(watch.started + new > 0.5, 1.0, 0.0),
-        clocks=clocks._replace(unseen=unseen, unfelt=unfelt, unheard=unheard, same=same, strange=strange),
+        clocks=clocks._replace(
+            unseen=unseen, back=back, unfelt=unfelt, unheard=unheard, same=same, strange=strange
+        ),
         before=measured,
         prediction=prediction,
         loss=loss,

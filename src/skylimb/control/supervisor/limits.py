@@ -21,7 +21,7 @@ class Limits(Gates):
     ] = 0.03
     retreat_after: Annotated[
         float, Key("s", "without one, after which the robot descends", low=0.0, high=60.0)
-    ] = 0.5
+    ] = 0.6
     cut_after: Annotated[
         float,
         Key("s", "without one, after which the attitude is unknown and the rotors stop", low=0.0, high=60.0),

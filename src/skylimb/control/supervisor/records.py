@@ -46,6 +46,7 @@ class Clocks(NamedTuple):
         mode: in this mode, s.
         broken: since the flight was broken off, s.
         unseen: since a pose was believed, s.
+        back: since the pose was the model's, s.
         unfelt: since joint angles were believed, s.
         unheard: since the IMU that the controller goes by said anything new, s.
         same: since the measured pose changed, s.
@@ -56,6 +57,7 @@ class Clocks(NamedTuple):
     mode: Any = 0.0
     broken: Any = 0.0
     unseen: Any = 0.0
+    back: Any = 1e3
     unfelt: Any = 0.0
     unheard: Any = 0.0
     same: Any = 0.0

@@ -17,6 +17,7 @@ from skylimb.control.supervisor.descents import descents_of
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Watch, initial_watch
 from skylimb.control.supervisor.supervisor import after, before
+from skylimb.control.supervisor.table import RETREAT
 from skylimb.symbolic import dot, where, within
 
 MODE, BITS, SHARES = "supervisor_mode", "supervisor_bits", "rotor_shares_estimate"
@@ -25,10 +26,11 @@ left of each rotor."""
 
 
 class State(NamedTuple):
-    """State of the controller, and what the supervisor remembers."""
+    """State of the controller, what the supervisor remembers, and the pace of the mission."""
 
     own: Any
     watch: Watch
+    pace: Any = 1.0
 
 
 class Supervised:
@@ -83,7 +85,14 @@ class Supervised:
         )
         own = layout.unpack(where(made > 0.5, made_state, old_state))
         signals = dict(signals)
-        if PACE in signals:  # a controller that is not asked holds its mission
-            signals[PACE] = where(made > 0.5, signals[PACE], 0.0)
+        # A controller that was not asked goes on from the pace that it knows: it would take a path that
+        # stood still for one that it may not follow. A flight that is broken off has no mission.
+        pace = state.pace * within(watch.mode, 0.0, RETREAT - 0.5)
+        if PACE in signals:
+            pace = signals[PACE] = where(made > 0.5, signals[PACE], pace)
         word = dot(sight.bits, [float(1 << place) for place in range(sight.bits.shape[0])])
-        return State(own, watch), command, {**signals, MODE: watch.mode, BITS: word, SHARES: watch.loss.left}
+        return (
+            State(own, watch, pace),
+            command,
+            {**signals, MODE: watch.mode, BITS: word, SHARES: watch.loss.left},
+        )
