@@ -10,6 +10,7 @@ import pytest
 import skylimb
 from short_flights import CIRCLE, HOLD
 from skylimb.control.estimation.records import Measurement
+from skylimb.control.late_gains import MOST
 from skylimb.control.loop.loop import Loop
 from skylimb.control.supervisor.limits import Limits
 from skylimb.flight.drivers.free import FreeDriver
@@ -110,6 +111,33 @@ def test_a_tick_that_comes_too_late_keeps_the_paths_pace() -> None:
     on_time, held = (skylimb.run("paper", "following", set={**known, "events": e}) for e in ([], [late]))
     assert (held.log.supervisor_mode == 1.0).sum() >= 1
     assert float(np.abs(held.log.tip_position - on_time.log.tip_position).max()) < 0.003
+
+
+LOOKED_AT = {**CIRCLE, "trajectory.period": 4.0, "supervisor.on": True, "supervisor.losses": True}
+
+
+def test_frames_that_come_later_are_noticed_and_flown_with() -> None:
+    """Without it every such flight is lost, as is one with 60 ms of latency where 20 are believed."""
+    late = {"kind": "sensor", "time": 2.5, "late": 0.05}
+    in_time, later, slow = (
+        skylimb.run("paper", "following", set={**LOOKED_AT, **more})
+        for more in ({}, {"events": [late]}, {"sensors.latency": 0.055})
+    )
+    assert not in_time.log.lateness_estimate.any()
+    assert (in_time.status, later.status, slow.status) == ("OK", "OK", "OK")
+    assert float(later.log.lateness_estimate[-1]) == 0.05
+    assert float(np.abs(later.log.tilt - in_time.log.tilt[0]).max()) < 0.06
+    seen = float(slow.log.time[int(np.argmax(slow.log.contact.values > 0.0))])
+    assert float(slow.log.lateness_estimate.sel(time=seen)) == 0.05
+
+
+def test_frames_that_come_far_too_late_are_flown_back_with() -> None:
+    late = {"kind": "sensor", "time": 2.5, "late": 0.1}
+    run = skylimb.run("paper", "following", set={**LOOKED_AT, "events": [late]})
+    modes = run.log.supervisor_mode.values
+    assert (modes[-1], modes.max()) == (2.0, 2.0)
+    assert float(run.log.lateness_estimate.max()) > MOST
+    assert float(run.log.tilt.max()) < 0.26
 
 
 def test_a_robot_that_sees_nothing_any_more_sinks_level_and_then_stops() -> None:

@@ -207,6 +207,9 @@ SIGNALS: dict[str, SignalInfo] = {
     "rotor_shares_estimate": SignalInfo(
         _ROTOR, "", "", "share of its thrust that each rotor has", "estimate"
     ),
+    "lateness_estimate": SignalInfo(
+        _SCALAR, "s", "", "how much later than assumed measurements are", "estimate"
+    ),
     "supervisor_bits": SignalInfo(
         _SCALAR, "", "", "bits of the supervisor's table as a number, the first one lowest", "estimate"
     ),

@@ -80,14 +80,14 @@ def test_a_force_that_changed_counts_from_when_it_did() -> None:
 @given(st.floats(0.0, DEPTH - 1.0))
 def test_the_delayed_wrench_lies_between_two_ticks(ticks: float) -> None:
     state = DelayState(tuple(np.full(6, float(i)) for i in range(DEPTH)))
-    found = delayed_wrench(Delay(latency=ticks * DT), state, DT)
+    found = delayed_wrench(ticks * DT, state, DT)
     np.testing.assert_allclose(np.concatenate(found), ticks, atol=1e-9)
 
 
 def test_a_measurement_older_than_the_history_is_not_taken_for_free_fall() -> None:
     state = DelayState((ACTING,) * DEPTH)
-    found = delayed_wrench(Delay(latency=0.15), state, DT)
+    found = delayed_wrench(0.15, state, DT)
     np.testing.assert_allclose(np.concatenate(found), ACTING)
     require_history(Delay(latency=0.07), DT)
-    with pytest.raises(ConfigError, match=r"estimation.delay.latency = 0.02 s .* 16 ticks of 0.001 s"):
-        require_history(Delay(latency=0.02), 0.001)
+    with pytest.raises(ConfigError, match=r"estimation.delay.latency = 0.03 s .* 26 ticks of 0.001 s"):
+        require_history(Delay(latency=0.03), 0.001)

@@ -85,7 +85,7 @@ def test_without_latency_nothing_is_predicted() -> None:
 def test_the_newest_wrench_comes_first_and_the_oldest_is_forgotten() -> None:
     before, new = history(), np.arange(6.0)
     after = remember(before, Wrench(new[:3], new[3:]))
-    assert len(after.wrenches) == DEPTH == 16
+    assert len(after.wrenches) == DEPTH == 26
     np.testing.assert_array_equal(after.wrenches[0], new)
     for old, kept in zip(before.wrenches[:-1], after.wrenches[1:], strict=True):
         assert kept is old
@@ -96,7 +96,7 @@ def test_the_newest_wrench_comes_first_and_the_oldest_is_forgotten() -> None:
 @pytest.mark.parametrize(("ticks", "share"), [(0.0, 0.0), (1.0, 0.0), (1.25, 0.25), (4.6, 0.6)])
 def test_the_delayed_wrench_lies_between_those_of_two_ticks(ticks: float, share: float) -> None:
     past = history()
-    found = delayed_wrench(Delay(ticks * DT), past, DT)
+    found = delayed_wrench(ticks * DT, past, DT)
     newer, older = past.wrenches[int(ticks)], past.wrenches[int(ticks) + 1]
     wanted = (1.0 - share) * newer + share * older
     np.testing.assert_allclose(found.force, wanted[:3], atol=1e-12)

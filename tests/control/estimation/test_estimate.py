@@ -162,7 +162,7 @@ def test_the_predictive_law_predicts_and_calibrates_what_the_papers_found(robot:
     later = predictive.commanded(gains, after, found, ROTORS, DT)
     history = remember(after.delay, known)
     np.testing.assert_allclose(flat(later.delay.wrenches[0]), flat(history.wrenches[0]))
-    acted = delayed_wrench(gains.delay, history, DT)
+    acted = delayed_wrench(gains.delay.latency, history, DT)
     np.testing.assert_allclose(flat(later.momentum.observer.known_force), flat(acted.force))
     np.testing.assert_allclose(flat(later.momentum.observer.known_torque), flat(acted.torque))
     assert np.abs(flat(acted.force) - flat(known.force)).max() > 0.5

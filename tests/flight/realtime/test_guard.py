@@ -142,12 +142,12 @@ def test_old_measurements_coast_then_descend_and_then_cut(
         commands.append(flight.tick(hovering(), taken=0.0)[0])
         modes.append(flight.guard.mode)
     began = {mode: modes.index(mode) for mode in ("COAST", "DESCEND", "CUT")}
-    assert began == {"COAST": 6, "DESCEND": 100, "CUT": 200}
+    assert began == {"COAST": 6, "DESCEND": 120, "CUT": 200}
     # The controller is asked all the while that it coasts, about where the model has the robot.
-    assert len(flight.inner.seen) == 101
+    assert len(flight.inner.seen) == 121
     moved = np.array([seen.position for seen, _ in flight.inner.seen[8:]])
     assert np.diff(moved[:, 2]).max() < 0.0  # 20 N carry nothing, and it knows
-    level = np.array([command.thrusts for command in commands[100:200]])
+    level = np.array([command.thrusts for command in commands[120:200]])
     low, high = robot.thrust_limits()
     assert (level >= low).all()
     assert (level <= high).all()

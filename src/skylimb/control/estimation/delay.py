@@ -25,8 +25,8 @@ from skylimb.base.rotations import small_rotation
 from skylimb.control.estimation.records import BodyState, Wrench
 from skylimb.symbolic import Array, between, clip, right_inverse, stack
 
-DEPTH = 16
-"""Ticks of history; at 200 Hz latencies up to 75 ms can be predicted."""
+DEPTH = 26
+"""Ticks of history; at 200 Hz latencies up to 125 ms can be predicted."""
 
 
 @configuration
@@ -61,9 +61,9 @@ def remember(state: DelayState, known: Wrench) -> DelayState:
     return DelayState((stack(known.force, known.torque), *state.wrenches[:-1]))
 
 
-def delayed_wrench(gains: Any, state: DelayState, dt: float) -> Wrench:
+def delayed_wrench(latency: Any, state: DelayState, dt: float) -> Wrench:
     """Known wrench that acted over the last tick whose end the next measurement shows."""
-    ticks = clip(gains.latency / dt, 0.0, DEPTH - 1.0)
+    ticks = clip(latency / dt, 0.0, DEPTH - 1.0)
     known = between(state.wrenches, ticks)
     return Wrench(known[0:3], known[3:6])
 

@@ -18,7 +18,7 @@ from skylimb.control.estimation.body_state import (
     body_state,
     initial_angle_rate_state,
 )
-from skylimb.control.estimation.delay import Delay, DelayState, delayed_wrench, remember
+from skylimb.control.estimation.delay import DelayState, delayed_wrench, remember
 from skylimb.control.estimation.momentum_observer import (
     ObserverGains,
     ObserverState,
@@ -133,7 +133,7 @@ def moved(
     quaternion: Array,
     thrusts: Array,
     left: Array,
-    latency: float,
+    latency: Any,
     lag: float,
     dt: float,
 ) -> Prediction:
@@ -151,7 +151,7 @@ def moved(
     """
     made = low_pass(state.thrusts, thrusts, 1.0 / lag, dt)
     delay = remember(state.delay, known_wrench(body, rotor_wrench(body, 0.5 * left * (state.thrusts + made))))
-    known = delayed_wrench(Delay(latency), delay, dt)
+    known = delayed_wrench(latency, delay, dt)
     observer = state.observer._replace(known_force=known.force, known_torque=known.torque)
     model = body.model
     velocity = low_pass(state.motion.velocity, body.velocity, _VELOCITY, dt)

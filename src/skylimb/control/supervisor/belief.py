@@ -15,16 +15,18 @@ from skylimb.control.estimation.gates import (
     relocked,
     same_pose,
 )
+from skylimb.control.estimation.lateness import lateness
 from skylimb.control.estimation.momentum_observer import ObserverState
 from skylimb.control.estimation.prediction import differenced, seen, shown
 from skylimb.control.estimation.records import BodyState, Imu, Measurement
 from skylimb.control.estimation.rotor_loss import Loss, Seen, look
 from skylimb.control.estimation.servos import watch_servos
+from skylimb.control.late_gains import MOST
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Watch
 from skylimb.control.supervisor.table import CUT, DESCEND
 from skylimb.robots.model import Robot
-from skylimb.symbolic import Array, stack, where, within
+from skylimb.symbolic import Array, abs, stack, where, within
 
 UNSEEN = 1e6
 """Age of a frame that is not seen, s."""
@@ -32,7 +34,10 @@ UNSEEN = 1e6
 LATE = 0.03
 """Age beyond the assumed latency at which a frame says nothing of the rotors any more, s."""
 
-SHAKEN = 0.3
+DOUBT = 0.012
+"""Age beside the believed one at which latency is looked at in contact, s."""
+
+SETTLED, SHAKEN = 0.1, 0.3
 """Time for which a pose that comes back shakes the robot, s."""
 
 
@@ -96,17 +101,25 @@ def believed(
     prediction, body = seen(robot, prediction, belief, speeds, stale, dt)
     # Joints and rotors: where servos should have turned them, and what the loss of one rotor would explain.
     servos, astray = watch.servos, 0.0
-    loss, lost = watch.loss, Seen(0.0 * watch.loss.left, 0.0, 0.0)
+    late, loss, lost = watch.late, watch.loss, Seen(0.0 * watch.loss.left, 0.0, 0.0)
     if limits.losses:
         commanded = stack(watch.command.joint_angles, watch.command.vectoring_angles)
         servos, astray = watch_servos(robot, servos, commanded, angles, dt)
-        # Where a rotor has lost thrust, or a pose comes back, the others change so fast that servos give way.
-        astray = astray * within(watch.loss.left, 1.0, np.inf) * over(back, SHAKEN)
+        # Servos give way where thrusts change fast: without a rotor, as a pose comes back, or far too late.
+        calm = within(watch.loss.left, 1.0, np.inf) * over(back, SHAKEN)
+        astray = astray * calm * within(late.late, 0.0, MOST)
         # A robot that swings, as frames are older than its model assumes, or that bends where nobody sent it,
         # looks like one without a rotor.
-        fresh = good * within(measured.capture_age, 0.0, limits.latency + LATE) * (1.0 - astray)
+        fresh = good * within(measured.capture_age, 0.0, limits.latency + late.late + LATE) * (1.0 - astray)
         found, lost = look(loss, prediction.observer, body, prediction.thrusts, fresh, dt)
         descending = within(watch.mode, DESCEND, CUT)
+        # A touch or a lost rotor turns the robot otherwise than it is told to at any latency: in contact the
+        # stamps have to say that it has changed.
+        whole = within(lost.lost, 0.0, 0.0) * within(loss.left, 1.0, np.inf)
+        changed = over(abs(measured.capture_age - limits.latency - late.late), DOUBT)
+        asked = where(changed + within(watch.asked.touch, 0.0, 0.5) > 0.5, 1.0, 0.0)
+        settled = good * whole * asked * over(back, SETTLED)
+        late = lateness(late, body, prediction.delay.wrenches[0][3:6], limits.latency, settled, dt)
         loss, observer = _given_up(limits, loss, found, lost, descending, prediction.observer, body)
         prediction = prediction._replace(observer=observer)
     watch = watch._replace(
@@ -118,6 +131,7 @@ def believed(
         prediction=prediction,
         loss=loss,
         servos=servos,
+        late=late,
     )
     return watch, Belief(belief, body, stack(fault, wrong), stale, speaks, lost, astray)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from skylimb.control.estimation.gates import over
+from skylimb.control.late_gains import MOST
 from skylimb.control.supervisor.belief import Belief
 from skylimb.control.supervisor.descents import Descents
 from skylimb.control.supervisor.limits import Limits
@@ -37,6 +38,7 @@ def bits_of(limits: Limits, descents: Descents, watch: Watch, belief: Belief) ->
         "lossy": over(belief.lost.lost, limits.lossy),
         "pushed": belief.lost.pushed,
         "astray": over(belief.astray, 0.5) * watch.started,
+        "behind": over(watch.late.late, MOST),
         "numb": over(clocks.unfelt, limits.retreat_after),
         "deaf": over(clocks.unheard, limits.deaf_after) * watch.started,
         "silent": over(clocks.without, float(limits.overruns)),

@@ -35,6 +35,7 @@ class Halves:
         sight: what the last look came to.
         mode: number of the mode.
         started: whether a pose was believed yet.
+        late: how much later than assumed measurements are, s.
     """
 
     def __init__(
@@ -72,7 +73,7 @@ class Halves:
         self._act.bind([self._looked, self._seen, *handed[2:]], [self._state, self._command, self._made])
         self._state[:] = self._watch.pack(first)
         self.sight: Any = None
-        self.mode, self.started = 0.0, False
+        self.mode, self.started, self.late = 0.0, False, 0.0
 
     def look(self, told: Told, measurement: Measurement | None, reference: Reference) -> Any:
         """What the controller is given; see `before`."""
@@ -85,6 +86,7 @@ class Halves:
         self.sight = self._sight.unpack(self._seen.copy())
         self.mode = self._looked[self._watch.slices["mode"]][0]
         self.started = self._looked[self._watch.slices["started"]][0] > 0.5
+        self.late = float(self._looked[self._watch.slices["late.late"]][0])
         return self.sight
 
     def act(self, wanted: Command | None) -> tuple[Command, bool]:

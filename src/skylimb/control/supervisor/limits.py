@@ -64,8 +64,8 @@ class Limits(Gates):
         bool,
         Key(
             "",
-            "whether lost rotors and joints astray are looked for; tuned to hydrus_xi_quad with the noise "
-            "that ships",
+            "whether lost rotors, joints astray and late measurements are looked for; tuned to "
+            "hydrus_xi_quad with the noise that ships",
         ),
     ] = False
     lossy: Annotated[

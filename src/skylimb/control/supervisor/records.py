@@ -8,6 +8,7 @@ import numpy as np
 
 from skylimb.base.packing import Layout
 from skylimb.control.estimation.gates import numbers
+from skylimb.control.estimation.lateness import Lateness
 from skylimb.control.estimation.prediction import Prediction, initial_prediction
 from skylimb.control.estimation.records import BodyState, Measurement, zero_measurement
 from skylimb.control.estimation.rotor_loss import Loss, initial_loss
@@ -77,6 +78,7 @@ class Watch(NamedTuple):
         prediction: for the next one.
         loss: which rotor has lost thrust.
         servos: where they should have turned the joints.
+        late: how late measurements are.
         command: that was given last.
         asked: last reference of the mission, at which the flight was broken off.
     """
@@ -89,6 +91,7 @@ class Watch(NamedTuple):
     prediction: Prediction
     loss: Loss
     servos: Servos
+    late: Lateness
     command: Command
     asked: Reference
 
@@ -131,6 +134,7 @@ def initial_watch(robot: Robot, imu: bool = False) -> Watch:
         prediction=initial_prediction(robot, low),
         loss=initial_loss(robot.n_rotors),
         servos=initial_servos(robot),
+        late=Lateness(),
         command=Command(low, q, psi),
         asked=zero_reference(robot.n_joints, robot.n_vectoring),
     )

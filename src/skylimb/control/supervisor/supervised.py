@@ -10,6 +10,7 @@ from skylimb.base.split_function import Asked
 from skylimb.control.controller import TraceableController
 from skylimb.control.estimation.gates import BEYOND
 from skylimb.control.estimation.records import Measurement
+from skylimb.control.late_gains import late_gains
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import PACE
 from skylimb.control.records import Command
@@ -20,9 +21,10 @@ from skylimb.control.supervisor.supervisor import after, before
 from skylimb.control.supervisor.table import RETREAT
 from skylimb.symbolic import dot, where, within
 
-MODE, BITS, SHARES = "supervisor_mode", "supervisor_bits", "rotor_shares_estimate"
-"""Signals: the mode's number, the bits of the table as one whole number, the first one lowest; and what is
-left of each rotor."""
+MODE, BITS = "supervisor_mode", "supervisor_bits"
+SHARES, LATENESS = "rotor_shares_estimate", "lateness_estimate"
+"""Signals: the mode's number, the bits of the table as one whole number, the first one lowest; what is left
+of each rotor, and how much later than assumed measurements are."""
 
 
 class State(NamedTuple):
@@ -76,6 +78,9 @@ class Supervised:
         watch, sight = before(
             self.robot, self._limits, self._descents, state.watch, measurement, reference, dt
         )
+        if self._limits.losses:
+            named = Layout(gains)
+            gains = named.unpack(late_gains(named, named.pack(gains), watch.late.late))
         new, wanted, signals = self._controller.step(gains, state.own, sight.measurement, sight.reference, dt)
         layout = Layout(state.own)
         made_state, old_state = layout.pack(new), layout.pack(state.own)
@@ -94,5 +99,5 @@ class Supervised:
         return (
             State(own, watch, pace),
             command,
-            {**signals, MODE: watch.mode, BITS: word, SHARES: watch.loss.left},
+            {**signals, MODE: watch.mode, BITS: word, SHARES: watch.loss.left, LATENESS: watch.late.late},
         )

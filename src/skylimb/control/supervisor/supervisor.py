@@ -103,7 +103,7 @@ def after(
         sight.measurement.quaternion,
         command.thrusts,
         where(within(watch.mode, DESCEND, CUT) > 0.5, watch.loss.left, 1.0 + 0.0 * watch.loss.left),
-        limits.latency,
+        limits.latency + watch.late.late,
         limits.rotor_lag,
         dt,
     )

@@ -117,6 +117,7 @@ _ABOUT = {
     "signals.supervisor_mode": "mode, by its number",
     "signals.supervisor_bits": "what is wrong, a bit each",
     "signals.rotor_shares_estimate": "of its thrust that each rotor has left",
+    "signals.lateness_estimate": "how much later than assumed measurements are, s",
     "command.thrusts": "N",
     "command.joint_angles": "rad",
     "command.vectoring_angles": "rad",

@@ -41,6 +41,7 @@ class CompiledController:
             step.signals,
         )
         function = step.function
+        self.gain_layout = step.inputs[3]
         self._given = [np.zeros(layout.size) for layout in step.inputs]
         self._made = [np.zeros(function.numel_out(index)) for index in range(function.n_out())]
         self._bound = BoundFunction(function, self._given, self._made, step.calls)

@@ -11,6 +11,7 @@ import numpy as np
 from skylimb.control.controller import Controller
 from skylimb.control.estimation.gates import FAULTS
 from skylimb.control.estimation.records import Measurement, zero_measurement
+from skylimb.control.late_gains import late_gains
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import needs_of
 from skylimb.control.records import Command
@@ -122,6 +123,9 @@ class GuardedController:
         new, command = state, None
         if halves.started:
             self.flown = sight.reference
+        layout = getattr(self._controller, "gain_layout", None)
+        if layout is not None and self._limits.losses:
+            gains = late_gains(layout, gains, halves.late)
         if sight.asks > 0.5:
             new, command, own = self._asked(gains, state, sight.measurement, sight.reference, dt)
             if command is not None or not self._own:

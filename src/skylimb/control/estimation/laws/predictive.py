@@ -83,6 +83,6 @@ def commanded(gains: Any, state: State, estimate: Estimate, rotors: Wrench, dt: 
     """The state that knows which wrench the rotors make until the next tick."""
     known = known_wrench(estimate.body, rotors)
     delay = remember(state.delay, known)
-    known = known if gains.smoothing.imu else delayed_wrench(gains.delay, delay, dt)
+    known = known if gains.smoothing.imu else delayed_wrench(gains.delay.latency, delay, dt)
     observer = state.momentum.observer._replace(known_force=known.force, known_torque=known.torque)
     return state._replace(momentum=state.momentum._replace(observer=observer), delay=delay)

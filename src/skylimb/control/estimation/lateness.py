@@ -1,0 +1,85 @@
+"""How late measurements are: which of a bank of latencies makes commands and measured turning fit best.
+
+The torque that the rotors make shows in the measured turning one latency later. For each latency of the bank
+what is left of the one, once the other is taken off, is low-passed alike; what acts from outside is the same
+in all of them. So the right one leaves least as soon as the robot makes any motion of its own, in hover too.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from skylimb.control.estimation.records import BodyState
+from skylimb.symbolic import Array, abs, between, clip, dot, low_pass, right_inverse, vector, where
+
+BANK = (0.0, 0.025, 0.05, 0.075, 0.1)
+"""Latencies that are tried, beyond the assumed one, s."""
+
+_DEPTH = 26
+_RATE, _MEAN, _MEMORY = 30.0, 5.0, 5.0
+"""Rates of the low pass of torques, of the mean of what acts from outside, and at which it is forgotten how
+well a latency fitted, 1/s."""
+
+FITS, PLAIN = 0.75, 0.015
+"""Share of the square that a better latency leaves at most, and by how much at least it is less,
+(rad/s^2)^2: flights whose frames are in time differ by less."""
+
+STEP = 0.051
+"""By how much more than before is believed at a time, s."""
+
+
+class Lateness(NamedTuple):
+    """What is remembered.
+
+    Attributes:
+        made: low-passed torques of the rotors, newest first, C, N m.
+        turned: the low-passed change of angular momentum, C, N m, (3,).
+        momentum: of the last tick, C, kg m^2/s, (3,).
+        outside: mean of what the assumed latency leaves, C, N m, (3,).
+        misfits: mean square of what each latency leaves, (rad/s^2)^2.
+        late: how much later than assumed measurements are, s.
+    """
+
+    made: tuple[Array, ...] = (np.zeros(3),) * _DEPTH
+    turned: Array = np.zeros(3)
+    momentum: Array = np.zeros(3)
+    outside: Array = np.zeros(3)
+    misfits: Array = np.zeros(len(BANK))
+    late: Any = 0.0
+
+
+def lateness(
+    state: Lateness, body: BodyState, torque: Array, latency: float, fresh: Any, dt: float
+) -> Lateness:
+    """One step.
+
+    Args:
+        state: of the last tick.
+        body: as measured.
+        torque: of the rotors less the gyroscopic one, over the last tick, C, N m, (3,).
+        latency: that is assumed, s.
+        fresh: 1 where the body is measured, and was so for a while.
+        dt: control period, s.
+    """
+    momentum = body.model.inertia_C @ body.angular_velocity
+    change = (momentum - state.momentum) * (1.0 / dt)
+    turned = low_pass(state.turned, change, _RATE, dt)
+    made = (low_pass(state.made[0], torque, _RATE, dt), *state.made[:-1])
+    inverse = right_inverse(body.model.inertia_C)
+    left = [turned - between(made, clip((latency + late) / dt, 0.0, _DEPTH - 1.0)) for late in BANK]
+    outside = low_pass(state.outside, left[0], _MEAN, dt)
+    squares = []
+    for each in left:
+        rest = inverse @ (each - outside)
+        squares.append(dot(rest, rest))
+    misfits = low_pass(state.misfits, vector(*squares), _MEMORY * fresh, dt)
+    best, late, present = misfits[0], 0.0 * misfits[0], misfits[0]
+    for index, each in enumerate(BANK):
+        # What is far from what was believed is believed in steps: the first moments are ambiguous.
+        better = where(misfits[index] < best, 1.0, 0.0) * where(each < state.late + STEP, 1.0, 0.0)
+        late, best = where(better > 0.5, each, late), where(better > 0.5, misfits[index], best)
+        present = where(abs(state.late - each) < 1e-6, misfits[index], present)
+    clear = where(best < FITS * present, 1.0, 0.0) * where(present - best > PLAIN, 1.0, 0.0)
+    return Lateness(made, turned, momentum, outside, misfits, where(clear > 0.5, late, state.late))

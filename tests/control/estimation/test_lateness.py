@@ -1,0 +1,44 @@
+"""A bank of latencies: the one that is true is found from small motions, whatever pushes from outside."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import skylimb
+from skylimb.control.estimation.lateness import BANK, Lateness, lateness
+from skylimb.control.estimation.records import BodyState
+from skylimb.control.late_gains import MOST
+
+ROBOT, DT, ASSUMED = skylimb.load_robot("hydrus_xi_quad"), 0.005, 0.015
+MODEL = ROBOT.at(ROBOT.nominal_posture(), np.zeros(ROBOT.n_vectoring))
+INERTIA = np.asarray(MODEL.inertia_C)
+
+
+def found(late: float, size: float, outside: float = 0.0, seconds: float = 5.0) -> list[float]:
+    """What is believed, tick by tick, of torques like those of hover and gyros that are noisy."""
+    rng, state, believed = np.random.default_rng(4), Lateness(), []
+    torque, rates, past = np.zeros(3), np.zeros(3), [np.zeros(3)] * 40
+    for _ in range(round(seconds / DT)):
+        past = [rates, *past[:-1]]
+        seen = past[round((ASSUMED + late) / DT)] + 0.003 * rng.normal(size=3)
+        body = BodyState(np.zeros(3), np.zeros(3), np.eye(3), seen, MODEL)
+        state = lateness(state, body, torque, ASSUMED, 1.0, DT)
+        believed.append(float(state.late))
+        torque = 0.95 * torque + size * INERTIA @ (rng.normal(size=3) - 2.0 * rates)
+        rates = rates + DT * np.linalg.solve(INERTIA, torque + outside)
+    return believed
+
+
+@pytest.mark.parametrize("late", BANK)
+@pytest.mark.parametrize("outside", [0.0, 0.3])
+def test_a_latency_is_found_from_small_motions(late: float, outside: float) -> None:
+    believed = found(late, 0.2, outside)[-200:]
+    if late < MOST:
+        assert set(believed) == {late}
+    else:  # that it is far too late is enough
+        assert min(believed) > MOST
+
+
+def test_nothing_is_said_of_a_robot_that_makes_no_torque() -> None:
+    assert set(found(0.1, 0.0)) == {0.0}
