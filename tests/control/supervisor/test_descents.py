@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import skylimb
 from skylimb.control.planning.vectoring import nominal_posture
-from skylimb.control.supervisor.descents import LEANS, RATE, Descents, descents_of
+from skylimb.control.supervisor.descents import LEANS, RATE, ROOM, Descents, descents_of, protecting_posture
 from skylimb.control.supervisor.limits import Limits
+from skylimb.robots.equilibrium import hovers
+from skylimb.robots.equilibrium_results import Within
+from skylimb.robots.model import Robot
 
 LOOKING = Limits(losses=True)
 
@@ -40,6 +45,18 @@ def test_where_there_is_a_way_down_the_other_rotors_carry_the_robot(
         assert ((thrusts > low) & (thrusts < high)).all()
         assert np.arccos(abs(force[2]) / np.linalg.norm(force)) < LEANS[-1] + 0.05
         assert abs(Q[5] @ thrusts) < 1.0
+
+
+def test_a_posture_in_which_a_rotor_could_be_lost_carries_the_robot() -> None:
+    robot = skylimb.load_robot("hydrus_xi_quad")
+    q = protecting_posture(robot, "contact", 3)
+    assert q is not None
+    nominal, psi = nominal_posture(robot, "contact")
+    assert 0.05 < np.abs(q - nominal).max() < 0.6
+    others = robot.description.rotors[:3]
+    rest = Robot(replace(robot.description, rotors=others))
+    rooms = [found.room for found in hovers(rest, q, psi, Within(LEANS[-1], np.inf))]
+    assert max(rooms) >= ROOM
 
 
 def test_nobody_searches_where_nobody_looks() -> None:

@@ -10,12 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+import skylimb
 from skylimb.analysis.exchange.body import Body
 from skylimb.apps.ros1.bridge.installation import described_mass
 from skylimb.apps.ros1.bridge.master import MasterWatch
 from skylimb.apps.ros1.profile import profile_topics
 from skylimb.base.errors import ConfigError
 from skylimb.base.rotations import rotation_from_rpy
+from skylimb.control.supervisor.descents import unprotected
+from skylimb.control.supervisor.limits import Limits
 from skylimb.flight.realtime.preflight import Desk, Measured, StartLimits, checks, fence_of
 
 LIMITS = StartLimits(fence=((-2.0, 2.0), (-1.0, 1.0), (0.0, 3.0)))
@@ -40,6 +43,16 @@ def test_a_robot_that_is_ready_passes_every_check() -> None:
     assert [one.name for one in checks(Desk(), Measured(STANDS), LIMITS)] == [
         "attitude", "motion", "fence", "publishers of commands", "disk",
     ]  # fmt: skip
+
+
+def test_rotors_that_cannot_be_lost_are_named_and_refuse_nothing() -> None:
+    robot = skylimb.load_robot("hydrus_xi_quad")
+    told = unprotected(robot, "contact", Limits(losses=True))
+    assert told == "rotor1, rotor4"
+    assert unprotected(robot, "contact", Limits()) == "all, as supervisor.losses is off"
+    found = {one.name: one for one in checks(replace(DESK, unprotected=told), SOUND, LIMITS)}
+    assert found["rotors whose loss is not protected"].found == told
+    assert all(one.fine for one in found.values())
 
 
 @pytest.mark.parametrize(

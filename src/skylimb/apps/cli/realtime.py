@@ -106,7 +106,7 @@ def fly(
     folder = new_folder(out, "-".join(filter(None, (stem(experiment), stem(controller or ""), *chosen))))
     from skylimb.control.supervisor.limits import Limits
 
-    limits = Limits() if overruns is None else Limits(overruns=overruns)
+    limits = None if overruns is None else Limits(overruns=overruns)
     from skylimb.analysis.exchange.recorder import recording
 
     def flown(recorder: FlightRecorder | None) -> ClockedFlight:

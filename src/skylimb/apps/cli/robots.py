@@ -25,6 +25,9 @@ def check_robot(
     args: _Args = (),
     mend: _Mend = False,
     picture: Annotated[str, arg("Draw it into this new file, a broken one too.", "PNG")] = "",
+    rotors: Annotated[
+        bool, arg("Say which rotor's loss is outlived, and in what posture it would be; takes up to minutes.")
+    ] = False,
 ) -> int:
     """Check a robot description: mass, inertias, rotors, joints, hover; each doubt with its remedy.
 
@@ -35,17 +38,19 @@ def check_robot(
         skylimb robot check my_robot.urdf
         skylimb robot check robots/quad/robot.urdf.xacro --packages ~/catkin_ws/src --picture robot.png
         skylimb robot check robot.urdf.xacro --args arms=6 mass=1.2
-        skylimb robot check hydrus_xi_quad
+        skylimb robot check hydrus_xi_quad --rotors
     """
     import skylimb
     from skylimb.apps.robot_import.picture import draw_robot
-    from skylimb.apps.robot_import.report import report_text
+    from skylimb.apps.robot_import.report import lost_rotors_text, report_text
     from skylimb.base.files import new_file, require_new
 
     if picture:
         require_new(picture)
     report = skylimb.check_robot_file(file, packages, mapping, args=_arguments(args), mend=mend)
     print(report_text(report))
+    if rotors and report.can_hover:
+        print(lost_rotors_text(report.description))
     if picture:
         with new_file(picture) as path:
             draw_robot(report, path)

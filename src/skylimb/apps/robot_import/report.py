@@ -5,10 +5,16 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from skylimb.control.supervisor.descents import descents_of, protecting_posture
+from skylimb.control.supervisor.limits import Limits
 from skylimb.robots.description import Joint, RobotDescription, Rotor
+from skylimb.robots.model import Robot
 
 if TYPE_CHECKING:
     from skylimb.apps.robot_import.checking import RobotReport
+
+CONTACT = "contact"
+"""Purpose of the vectoring angles that a robot touches with."""
 
 
 def report_text(report: RobotReport) -> str:
@@ -56,6 +62,23 @@ def rotors_text(description: RobotDescription) -> str:
             f"{rotor.thrust_min:g} .. {rotor.thrust_max:g} N, drag {abs(rotor.drag_torque_coefficient):g} m, "
             f"lag {rotor.lag:g} s{_inertia(rotor)}{turned}"
         )
+    return "\n".join(lines)
+
+
+def lost_rotors_text(description: RobotDescription) -> str:
+    """What happens without each rotor in the posture of contact, one a line."""
+    robot, lines = Robot(description), ["  without"]
+    ways = descents_of(robot, CONTACT, Limits(losses=True)).angles
+    for lost, (rotor, way) in enumerate(zip(description.rotors, ways, strict=True)):
+        said = "the others bring it down, with `supervisor.losses`"
+        if way is None:
+            q = protecting_posture(robot, CONTACT, lost)
+            there = "nor in any posture that was tried"
+            if q is not None:
+                names = zip(description.shape_joints, q, strict=True)
+                there = "they would at " + ", ".join(f"{name} {angle:.2f}" for name, angle in names) + " rad"
+            said = f"NOT PROTECTED, the rotors stop: the others cannot carry it; {there}"
+        lines.append(f"    {rotor.name:<9} {said}")
     return "\n".join(lines)
 
 

@@ -34,6 +34,7 @@ from skylimb.base.config import from_mapping
 from skylimb.base.errors import ConfigError, choice_error
 from skylimb.base.files import new_folder
 from skylimb.control.missions.mission import Mission
+from skylimb.control.supervisor.descents import unprotected
 from skylimb.flight.events import require_applied
 from skylimb.flight.experiments.experiment import load_experiment
 from skylimb.flight.flyable import require_flyable
@@ -156,7 +157,8 @@ def run(
     if profile == "simulator":
         made: Profile = Simulated(simulated(plan), link, pacer, cells, lab.servos, start, slows=by_clock())
     else:
-        desk = desk_of(plan.robot, described_mass(namespace), calibration)
+        told = unprotected(plan.robot, plan.needs.vectoring, plan.experiment.supervisor)
+        desk = desk_of(plan.robot, described_mass(namespace), calibration, told)
         flyer = Flyer(
             plan,
             compiled(plan),
@@ -165,6 +167,7 @@ def run(
             pacer,
             cells,
             limits or FlightLimits(),
+            plan.experiment.supervisor,
             namespace=namespace,
             desk=desk,
         )

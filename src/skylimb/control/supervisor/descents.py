@@ -2,7 +2,8 @@
 
 The others have to carry it, without torque. Whether they can is one question to `robots.equilibrium`, asked
 of the robot without that rotor, in its nominal posture, with ever more lean. There is no time to bend: joints
-turn at .5 rad/s, and a robot that has lost a rotor tilts by 15 degrees in .2 s.
+turn at .5 rad/s, and a robot that has lost a rotor tilts by 15 degrees in .2 s. So rotors without which
+there is no way down are named before take-off, and a posture in which there would be one.
 """
 
 from __future__ import annotations
@@ -15,9 +16,10 @@ import numpy as np
 
 from skylimb.control.planning.vectoring import nominal_posture
 from skylimb.control.supervisor.limits import Limits
-from skylimb.robots.equilibrium import can_hold
+from skylimb.robots.equilibrium import can_hold, hovers
 from skylimb.robots.equilibrium_results import Within
 from skylimb.robots.model import Robot
+from skylimb.robots.starts import golden_steps
 from skylimb.symbolic import Array, abs, dot, max, where
 
 LEANS = 0.01, 0.15, 0.3
@@ -25,6 +27,10 @@ LEANS = 0.01, 0.15, 0.3
 
 ROOM = 0.05
 """Share of its range that has to be left to every thrust."""
+
+POSTURES, NEARER = 40, 4
+"""Postures that are tried for one with a way down, evenly over the joints' travel, and how often the way to
+the first one that has it is halved."""
 
 RATE = 3.5
 """Speed of the vectoring angles, rad/s: all arrive together, as the lean is small along that way only."""
@@ -68,6 +74,45 @@ def descents_of(robot: Robot, purpose: str, limits: Limits) -> Descents:
     return _descents(robot, purpose) if limits.losses else NO_DESCENTS
 
 
+def unprotected(robot: Robot, purpose: str, limits: Limits) -> str:
+    """The rotors whose loss is not protected, in words; arguments are those of `descents_of`."""
+    if not limits.losses:
+        return "all, as supervisor.losses is off"
+    every = zip(robot.description.rotors, _descents(robot, purpose).angles, strict=True)
+    return ", ".join(rotor.name for rotor, angles in every if angles is None) or "none"
+
+
+@functools.lru_cache(maxsize=16)
+def protecting_posture(robot: Robot, purpose: str, lost: int) -> np.ndarray | None:
+    """Joint angles near to the nominal posture's in which the loss of a rotor could be outlived, rad, (nq,).
+
+    None where none was found among those that are tried. It takes seconds.
+
+    Args:
+        robot: any robot with rotors.
+        purpose: as of `descents_of`.
+        lost: number of the rotor.
+    """
+    nominal, psi = nominal_posture(robot, purpose)
+    low, high = robot.joint_limits()
+    if not nominal.size:
+        return None
+    steps = np.outer(np.arange(1, POSTURES + 1), golden_steps(nominal.size)) % 1.0
+    tried = np.vstack([nominal, low + steps * (high - low)])
+    tried = tried[np.argsort(np.abs(tried - nominal).max(axis=1))]
+    rest, widest = _others(robot, lost), Within(LEANS[-1], np.inf)
+
+    def holds(q: np.ndarray) -> bool:
+        return any(found.room >= ROOM for found in hovers(rest, q, psi, widest))
+
+    far = next((q for q in tried if holds(q)), None)
+    near = nominal
+    for _ in range(NEARER if far is not None else 0):
+        half = 0.5 * (near + far)
+        near, far = (near, half) if holds(half) else (half, far)
+    return far
+
+
 @functools.lru_cache(maxsize=16)
 def _descents(robot: Robot, purpose: str) -> Descents:
     posture = nominal_posture(robot, purpose)
@@ -76,8 +121,7 @@ def _descents(robot: Robot, purpose: str) -> Descents:
 
 def _without(robot: Robot, lost: int, q: np.ndarray, psi: np.ndarray) -> np.ndarray | None:
     """Vectoring angles, by the shortest way from the given ones."""
-    rotors = robot.description.rotors
-    rest = Robot(replace(robot.description, rotors=rotors[:lost] + rotors[lost + 1 :]))
+    rest = _others(robot, lost)
     every = (can_hold(rest, q, psi, None, Within(lean, np.inf)) for lean in LEANS)
     found = next((one for one in every if one and one.room >= ROOM), None)
     if not found:
@@ -89,3 +133,9 @@ def _without(robot: Robot, lost: int, q: np.ndarray, psi: np.ndarray) -> np.ndar
         still = rest.wrench_function(q, psi + turn - turn * alone) - rest.wrench_function(q, psi + turn)
         turn[joint] *= np.abs(still.full()).max() > 0.02
     return psi + turn
+
+
+def _others(robot: Robot, lost: int) -> Robot:
+    """The robot without a rotor."""
+    rotors = robot.description.rotors
+    return Robot(replace(robot.description, rotors=rotors[:lost] + rotors[lost + 1 :]))

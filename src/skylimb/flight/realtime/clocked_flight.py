@@ -46,8 +46,8 @@ def compiled(plan: FlightPlan) -> Any:
 def guarded_controller(
     plan: FlightPlan, clock: Pacer | None, limits: Limits | None = None
 ) -> GuardedController:
-    """The controller of a plan under its guard."""
-    return GuardedController(compiled(plan), plan.robot, clock, limits)
+    """The controller of a plan under its guard; the experiment says the limits where nobody else does."""
+    return GuardedController(compiled(plan), plan.robot, clock, limits or plan.experiment.supervisor)
 
 
 def timing_of(flight: Flight, period: float) -> Timing:

@@ -16,6 +16,7 @@ from skylimb.control.loop.loop import Progress
 from skylimb.control.loop.terminations import Stretch, Terminations, distance, tilt
 from skylimb.control.missions.clock import Clock
 from skylimb.control.missions.mission import Mission
+from skylimb.control.supervisor.descents import unprotected
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.retreat import BACK, BACK_SPEED, DESCENT
 from skylimb.flight.drivers.free import FreeDriver
@@ -91,7 +92,8 @@ def fly_robot(
     vehicle = RemoteVehicle(
         plan.robot, link, clock.clock, lambda time: guard.taken(time - clock.started), plan.needs.imu
     )
-    look = Look(plan.robot, vehicle, clock, start or StartLimits(), calibration, patience)
+    told = unprotected(plan.robot, plan.needs.vectoring, limits or plan.experiment.supervisor)
+    look = Look(plan.robot, vehicle, clock, start or StartLimits(), calibration, patience, told)
     flight, whole = _fly(plan, guard, vehicle, clock, progress, recorder, look, listen)
     values = {name: flight.signal(name) for name in flight.layout.slices}
     values |= mission_signals(flown_mission(whole, flight), flight.ticks)
@@ -159,7 +161,8 @@ def check_robot(
     (plan,) = plan_flights(experiment, (None,), None, set, calibration=calibration)
     clock = Pacer(plan.period)
     vehicle = RemoteVehicle(plan.robot, link, clock.clock)
-    return Look(plan.robot, vehicle, clock, start or StartLimits(), calibration, patience).found(LOOK)
+    told = unprotected(plan.robot, plan.needs.vectoring, plan.experiment.supervisor)
+    return Look(plan.robot, vehicle, clock, start or StartLimits(), calibration, patience, told).found(LOOK)
 
 
 def _lost(driver: FreeDriver, mission: Mission, limits: Terminations, k: int, at: int) -> str:

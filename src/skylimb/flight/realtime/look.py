@@ -27,6 +27,7 @@ class Look:
         limits: of a start, and the fence.
         calibration: that it flies with.
         patience: how long the first measurement is waited for, s.
+        unprotected: rotors whose loss is not protected, in words.
     """
 
     def __init__(
@@ -37,9 +38,11 @@ class Look:
         limits: StartLimits,
         calibration: Calibrated | None,
         patience: float,
+        unprotected: str,
     ) -> None:
         self._robot, self._vehicle, self._clock, self._limits = robot, vehicle, clock, limits
         self._calibration = calibration if isinstance(calibration, str) else None
+        self._unprotected = unprotected
         self._patience, self._bodies = patience, Bodies(robot, robot.description.imu.link)
 
     def found(self, seconds: float) -> list[Check]:
@@ -62,7 +65,7 @@ class Look:
                     f"no measurement came within {self._patience:g} s ({heard or 'nothing was heard'})"
                 )
             time.sleep(self._clock.period)
-        desk = desk_of(self._robot, vehicle.heard.mass, self._calibration)
+        desk = desk_of(self._robot, vehicle.heard.mass, self._calibration, self._unprotected)
         return [*checks(desk, vehicle.known(self._bodies.of), self._limits)]
 
     def outside(self, driver: FreeDriver, k: int) -> str:

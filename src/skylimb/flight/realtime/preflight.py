@@ -102,24 +102,27 @@ class Desk:
         masses: of the robot as it is described elsewhere, and of its file, kg; None where it is not.
         calibrated: age of the calibration, days; None without one.
         free: bytes that the disk has left.
+        unprotected: rotors whose loss is not protected, in words; empty where nobody asked.
     """
 
     masses: tuple[float, float] | None = None
     calibrated: float | None = None
     free: float = np.inf
+    unprotected: str = ""
 
 
-def desk_of(robot: Robot, mass: float | None, calibration: str | None) -> Desk:
+def desk_of(robot: Robot, mass: float | None, calibration: str | None, unprotected: str) -> Desk:
     """What can be looked at before anything is measured.
 
     Args:
         robot: of the file.
         mass: as whoever has the robot describes it, kg.
         calibration: its file.
+        unprotected: rotors whose loss is not protected, in words.
     """
     age = None if calibration is None else (time.time() - Path(calibration).stat().st_mtime) / 86400.0
     masses = None if mass is None else (mass, float(robot.mass))
-    return Desk(masses, age, float(shutil.disk_usage(Path.cwd()).free))
+    return Desk(masses, age, float(shutil.disk_usage(Path.cwd()).free), unprotected)
 
 
 @dataclass(frozen=True)
@@ -169,6 +172,9 @@ def checks(desk: Desk, measured: Measured, limits: StartLimits) -> Iterator[Chec
     )
     if desk.calibrated is not None:
         yield _below("age of the calibration", desk.calibrated, limits.calibrated, "days")
+    if desk.unprotected:
+        # It is said and not refused: what a robot cannot outlive is its pilot's to know.
+        yield Check("rotors whose loss is not protected", desk.unprotected, "to be known", True)
     if desk.masses is not None:
         told, own = desk.masses
         found = f"{told:.3f} kg as described, {own:.3f} kg in its file"
