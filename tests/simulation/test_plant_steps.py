@@ -159,3 +159,16 @@ def test_the_guide_shows_the_examples_own_step() -> None:
     text = EXAMPLE.read_text()
     step = textwrap.dedent(text[text.index("    def step(") : text.index("    def truth(")]).strip()
     assert step in (EXAMPLE.parents[1] / "docs" / "your_simulator.md").read_text()
+
+
+@pytest.mark.parametrize(
+    ("plant", "words"),
+    [
+        ("gazebo", "plant = 'gazebo' has no start and no step; a plant has start(beginning) and step(drive)"),
+        (Stranger, "is a class, not one of its objects"),
+    ],
+)
+def test_what_is_no_plant_is_named(plant: Any, words: str) -> None:
+    with pytest.raises(ConfigError) as refused:
+        skylimb.run("free_flight", "pid", plant=plant)
+    assert words in str(refused.value)

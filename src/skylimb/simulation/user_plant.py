@@ -13,6 +13,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from skylimb.base.errors import ConfigError
+from skylimb.base.keys.key import shown
 from skylimb.robots.description import RobotDescription
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.spring_contact import SpringContact
@@ -99,7 +100,11 @@ class UserPlant(Protocol):
 
 
 def require_own(plant: Plant, own: UserPlant) -> None:
-    """Raise a `ConfigError` where the experiment asks for more than such a plant is told."""
+    """Raise a `ConfigError` for what is no plant, or is asked for more than such a plant is told."""
+    missing = [name for name in ("start", "step") if not callable(getattr(own, name, None))]
+    if missing or isinstance(own, type):
+        what = f"has no {' and no '.join(missing)}" if missing else "is a class, not one of its objects"
+        raise ConfigError(f"plant = {shown(own)} {what}; a plant has start(beginning) and step(drive)")
     asked = (
         (plant.foot is not None, "plant.foot"),
         (plant.peg is not None, "plant.peg"),
