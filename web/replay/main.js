@@ -12,7 +12,7 @@ const CURSOR_PERIOD = 0.06; // s between two moves of the plots' cursor: they co
 
 async function start(root, { flights, speed = 1 }) {
   const many = flights.length > 1;
-  const figures = await Promise.all(flights.map((flight) => RecordedFigure.of(flight)));
+  const figures = await Promise.all(flights.map((flight) => RecordedFigure.of(flight, !many)));
   const clock = new Clock(Math.max(...figures.map((figure) => figure.end)));
   clock.speed = speed;
   const picture = element("div", { class: "picture", "data-count": flights.length }, element("canvas", {
@@ -34,9 +34,10 @@ async function start(root, { flights, speed = 1 }) {
   const plots = await Plots.of(plotting, flights, clock);
 
   const marks = new Marks(clock);
-  const state = { ghosts: false, chosen: null };
+  const state = { ghosts: false, chosen: null, axes: true };
   const arrange = () => {
     sceneView?.arrange(state.ghosts, state.chosen);
+    sceneView?.showAxes(state.axes);
     sceneView?.at(clock.time);
     const seen = state.chosen === null ? flights : [flights[state.chosen]];
     marks.show(eventsOf(seen));
@@ -74,7 +75,8 @@ async function start(root, { flights, speed = 1 }) {
   const pushed = figures.some((figure) => figure.events.length);
   bar.append(
     toggle("follow", "The camera goes along", false, (on) => { if (sceneView) sceneView.follow = on; }),
-    toggle("arrows", `Thrusts (green, 2 cm/N), the contact force (red, 12 cm/N)${pushed ? ", pushes (blue, 12 cm/N)" : ""}`, true, (on) => sceneView?.showArrows(on)));
+    toggle("arrows", `Thrusts (green, 2 cm/N), the contact force (12 cm/N, from blue, 0 N, to red, 5 N)${pushed ? ", pushes (blue, 12 cm/N)" : ""}`, true, (on) => sceneView?.showArrows(on)),
+    toggle("axes", "Numbers on the floor, whose cells are 0.5 m; axes x, y, z of the world; those of path and contact, where the flight believes its surface", true, (on) => { state.axes = on; sceneView?.showAxes(on); }));
   if (figures.some((figure) => figure.pushes)) {
     bar.append(toggle("pushes", "How hard the tip could push, each way: at rest in its posture then, leaning by up to 20° (violet, 3 cm/N)", false, (on) => {
       for (const figure of figures) figure.showPushes(on);

@@ -74,7 +74,7 @@ export class Plots {
         })),
       ],
       hooks: {
-        ready: [(u) => this.#listen(u)],
+        ready: [(u) => { this.#listen(u); this.#read(u); }],
         setSelect: [(u) => this.#zoom(u)],
         drawClear: [(u) => stripes(u, this.events, style)],
         draw: [(u) => this.#mark(u)],
@@ -119,8 +119,13 @@ export class Plots {
   cursor() {
     for (const plot of this.plots) {
       plot.redraw(false, false);
-      if (plot.cursor.left < 0) plot.setLegend({ idx: Math.max(0, lastNotAbove(plot.data[0], this.clock.time)) }, false);
+      this.#read(plot);
     }
+  }
+
+  /** The values at the time that is shown, unless a pointer reads others. */
+  #read(plot) {
+    if (!(plot.cursor.left >= 0)) plot.setLegend({ idx: Math.max(0, lastNotAbove(plot.data[0], this.clock.time)) }, false);
   }
 
   resize() {

@@ -2,14 +2,24 @@
 
 import { Group } from "vendor";
 import { columns, lastNotAbove, mesh } from "../shared/decode.js";
-import { Figure } from "../shared/figure.js";
+import { Figure, colourOf } from "../shared/figure.js";
 import { Lines } from "../shared/lines.js";
 import { Pushes } from "./pushes.js";
 
 const NOMINAL = 0x555555;
 
+/** The colours of a line's segments, by the contact force at the time from which each is seen. */
+function forces(since, { moments, contact }) {
+  const [, , , x, y, z] = contact, colours = new Float32Array(6 * since.length);
+  since.forEach((time, k) => {
+    const at = Math.max(0, lastNotAbove(moments, time)), { r, g, b } = colourOf(Math.hypot(x[at], y[at], z[at]));
+    colours.set([r, g, b, r, g, b], 6 * k);
+  });
+  return colours;
+}
+
 export class RecordedFigure extends Figure {
-  static async of(flight) {
+  static async of(flight, alone) {
     const meshes = await Promise.all(flight.meshes.map(mesh));
     const parts = ["moments", "poses", "thrusts", "contact", "cog"].map((name) => (flight[name] ? columns(flight[name]) : []));
     const [[moments], poses, thrusts, contact, cog] = await Promise.all(parts);
@@ -19,17 +29,17 @@ export class RecordedFigure extends Figure {
       return [(await columns(since))[0], await columns(ends)];
     }));
     const pushes = flight.pushes ? await Pushes.of(flight.pushes) : null;
-    return new RecordedFigure(flight, meshes, { moments, poses, thrusts, contact, cog, surface }, lines, pushes);
+    return new RecordedFigure(flight, meshes, { moments, poses, thrusts, contact, cog, surface }, lines, pushes, alone);
   }
 
-  constructor(flight, meshes, motion, [nominal, trace], pushes) {
+  constructor(flight, meshes, motion, [nominal, trace], pushes, alone) {
     super(flight, meshes);
     this.flight = flight;
     this.motion = motion;
     this.end = motion.moments[motion.moments.length - 1];
     this.drawn = new Group();
     this.nominal = new Lines(...nominal, NOMINAL, 1.5);
-    this.trace = new Lines(...trace, flight.colour, 4);
+    this.trace = new Lines(...trace, flight.colour, 4, alone ? forces(trace[0], motion) : null);
     this.drawn.add(this.nominal.object, this.trace.object);
     this.root.add(this.drawn);
     this.events = flight.events.filter((event) => event.push).map((event) => ({ ...event, arrow: this.addPush() }));

@@ -1,9 +1,11 @@
 // What one flight looks like at a moment: its shapes on their bodies, and the arrows of thrusts and forces.
 
 import {
-  ArrowHelper, BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry, Color, CylinderGeometry,
+  BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry, Color, CylinderGeometry,
   DoubleSide, FrontSide, Group, Mesh, MeshLambertMaterial, PlaneGeometry, Quaternion, SphereGeometry, SRGBColorSpace, Vector3,
 } from "vendor";
+import { aim, makeArrow } from "./arrows.js";
+import { believedFrame } from "./landmarks.js";
 
 export const METRES_PER_NEWTON = { thrust: 0.02, contact: 0.12 };
 const THRUST = 0x2e7d32, PUSH = 0x1f6fd6;
@@ -32,7 +34,6 @@ function geometryOf(shape, meshes) {
   return null;
 }
 
-const Y = new Vector3(0, 1, 0);
 export const quaternionOf = ([w, x, y, z]) => new Quaternion(x, y, z, w);
 
 export class Figure {
@@ -48,10 +49,11 @@ export class Figure {
     for (const shape of scene.shapes) this.#addShape(shape, meshes);
     this.ghost = false;
     this.arrows = new Group();
-    this.thrustArrows = scene.rotors.map(() => this.addArrow(THRUST));
-    this.contactArrow = thickArrow();
-    this.arrows.add(this.contactArrow);
-    this.root.add(this.arrows);
+    this.thrustArrows = scene.rotors.map(() => this.#addArrow(THRUST, 0.004));
+    this.contactArrow = this.#addArrow(PUSH, 0.009);
+    this.frame = scene.frame ? believedFrame(scene.frame) : new Group();
+    this.still.push(this.frame);
+    this.root.add(this.arrows, this.frame);
     this.tip = new Vector3();
     this.centre = new Vector3();
   }
@@ -68,17 +70,18 @@ export class Figure {
     object.position.set(...shape.position);
     object.quaternion.copy(quaternionOf(shape.quaternion));
     object.userData.body = shape.body;
+    object.castShadow = alpha === 1 && shape.kind !== "plane";
+    object.receiveShadow = true;
     this.bodies[shape.body].add(object);
     if (shape.kind === "plane" && shape.body === 0) this.floor = material;
     if (shape.body === 0) this.still.push(object); else this.materials.push([material, alpha, material.color.clone()]);
   }
 
   /** An arrow for a push on the robot. */
-  addPush() { return this.addArrow(PUSH); }
+  addPush() { return this.#addArrow(PUSH, 0.009); }
 
-  addArrow(colour) {
-    const arrow = new ArrowHelper(new Vector3(0, 0, 1), new Vector3(), 0.1, colour);
-    arrow.visible = false;
+  #addArrow(colour, radius) {
+    const arrow = makeArrow(colour, radius);
     this.arrows.add(arrow);
     return arrow;
   }
@@ -87,15 +90,15 @@ export class Figure {
   showPush(arrow, { body, point, force }) {
     const { position, quaternion } = this.bodies[body];
     const from = new Vector3(...point).applyQuaternion(quaternion).add(position);
-    pointArrow(arrow, from, new Vector3(...force).multiplyScalar(METRES_PER_NEWTON.contact));
+    aim(arrow, from, new Vector3(...force).multiplyScalar(METRES_PER_NEWTON.contact));
   }
 
-  /** As one of several in the same picture: in its controller's colour, the later ones see-through. */
-  asGhost(ghost, first) {
+  /** As one of several: in its controller's colour; in the same picture the later ones are see-through. */
+  asOneOf(several, ghost, first) {
     const tint = new Color(this.scene.colour);
     for (const [material, alpha, colour] of this.materials) {
       material.color.copy(colour);
-      if (ghost) material.color.lerp(tint, 0.65);
+      if (several) material.color.lerp(tint, 0.65);
       material.opacity = ghost && !first ? 0.45 * alpha : alpha;
       material.transparent = material.opacity < 1;
     }
@@ -123,40 +126,13 @@ export class Figure {
       const body = this.bodies[rotor.body];
       const from = new Vector3(...rotor.position).applyQuaternion(body.quaternion).add(body.position);
       const along = new Vector3(...rotor.direction).applyQuaternion(body.quaternion);
-      pointArrow(this.thrustArrows[r], from, along.multiplyScalar(thrusts[r] * METRES_PER_NEWTON.thrust));
+      aim(this.thrustArrows[r], from, along.multiplyScalar(thrusts[r] * METRES_PER_NEWTON.thrust));
     });
     const [tx, ty, tz, fx, fy, fz] = contact;
     this.tip.set(tx, ty, tz);
     this.force = Math.hypot(fx, fy, fz);
-    pointThick(this.contactArrow, this.tip, new Vector3(fx, fy, fz).multiplyScalar(METRES_PER_NEWTON.contact));
+    aim(this.contactArrow, this.tip, new Vector3(fx, fy, fz).multiplyScalar(METRES_PER_NEWTON.contact));
     colourOf(this.force, this.contactArrow.material.color);
     this.centre.copy(this.bodies[1]?.position ?? this.tip).lerp(this.tip, 0.5);
   }
-}
-
-/** An arrow with a body, of length 1 along y until it is pointed somewhere. */
-function thickArrow() {
-  const material = new MeshLambertMaterial(), arrow = new Group();
-  arrow.add(new Mesh(new CylinderGeometry(0.009, 0.009, 1, 12).translate(0, 0.5, 0), material), new Mesh(new CylinderGeometry(0, 0.024, 0.06, 16), material));
-  return Object.assign(arrow, { material, visible: false });
-}
-
-function pointThick(arrow, from, vector) {
-  const length = vector.length(), [shaft, head] = arrow.children, tip = Math.min(0.06, 0.5 * length);
-  arrow.visible = length > 0.01;
-  if (!arrow.visible) return;
-  arrow.position.copy(from);
-  arrow.quaternion.setFromUnitVectors(Y, vector.normalize());
-  shaft.scale.y = length - tip;
-  head.scale.y = tip / 0.06;
-  head.position.y = length - tip / 2;
-}
-
-function pointArrow(arrow, from, vector) {
-  const length = vector.length();
-  arrow.visible = length > 0.01;
-  if (!arrow.visible) return;
-  arrow.position.copy(from);
-  arrow.setDirection(vector.clone().normalize());
-  arrow.setLength(length, Math.min(0.05, 0.4 * length), Math.min(0.03, 0.25 * length));
 }

@@ -5,11 +5,11 @@ import { lastNotAbove } from "./decode.js";
 
 /** Segments that are seen from their own time on; `ends` are six columns: both ends of each. */
 export class Lines {
-  constructor(since, ends, colour, width) {
+  constructor(since, ends, colour, width, colours = null) {
     this.since = since;
     const count = since.length, points = new Float32Array(6 * count);
     for (let i = 0; i < count; i++) for (let c = 0; c < 6; c++) points[6 * i + c] = ends[c][i];
-    this.object = segments(points, colour, width);
+    this.object = segments(points, colour, width, colours);
     this.show(-1);
   }
 

@@ -1,6 +1,7 @@
 // The canvas: all flights side by side under cameras that move together, or as ghosts in one picture.
 
-import { AmbientLight, Color, DirectionalLight, GridHelper, HemisphereLight, OrbitControls, PerspectiveCamera, Raycaster, Scene, Spherical, Vector2, Vector3, WebGLRenderer } from "vendor";
+import { AmbientLight, Color, DirectionalLight, HemisphereLight, OrbitControls, PerspectiveCamera, Raycaster, Scene, Spherical, Vector2, Vector3, WebGLRenderer } from "vendor";
+import { floorGrid } from "./landmarks.js";
 
 /** Whether a processor draws, for which smooth edges cost too much. */
 function drawnBySoftware() {
@@ -13,7 +14,8 @@ function drawnBySoftware() {
 
 const X = new Vector3(1, 0, 0), UP = new Vector3(0, 0, 1);
 const MARGIN = 0.22; // m around the middle of a link that has to be seen
-export const CELL = 0.5; // m between two lines of the grid
+const SUN = new Vector3(-1.5, -2, 4); // where its light comes from
+const SHADED = 1.8; // m around the flight in which there are shadows
 const SHARE = 0.8; // of the time that pictures drawn by a processor may take: the flight needs it, too
 const LONGEST_REST = 50; // ms
 const DETAILS = [1, 0.65, 0.45]; // points along each side, of 1
@@ -24,6 +26,7 @@ export class SceneView {
     this.canvas = holder.querySelector("canvas");
     this.bySoftware = drawnBySoftware();
     this.renderer = new WebGLRenderer({ canvas: this.canvas, antialias: !this.bySoftware, powerPreference: "low-power" });
+    this.renderer.shadowMap.enabled = true;
     this.fence = null; // tells when the picture that was begun last is drawn
     this.begun = this.resting = this.cost = 0; // ms: when it was begun; until when no other is; how long it took
     this.camera = new PerspectiveCamera(38, 16 / 9, 0.05, 60);
@@ -51,15 +54,14 @@ export class SceneView {
 
   #scene(figure) {
     const scene = new Scene();
-    const sun = new DirectionalLight(0xffffff, 1.4);
-    sun.position.set(-3, -4, 6);
-    scene.add(new HemisphereLight(0xffffff, 0xb0aca4, 1.6), new AmbientLight(0xffffff, 0.7), sun);
-    const grid = new GridHelper(6, 6 / CELL, 0x70757d, 0x70757d).rotateX(Math.PI / 2);
-    grid.position.z = 0.01;
-    Object.assign(grid.material, { transparent: true, opacity: 0.5 });
-    scene.add(grid);
+    const sun = new DirectionalLight(0xffffff, 1.8), grid = floorGrid();
+    sun.castShadow = true;
+    sun.shadow.mapSize.set(1024, 1024);
+    sun.shadow.normalBias = 0.01;
+    Object.assign(sun.shadow.camera, { left: -SHADED, right: SHADED, bottom: -SHADED, top: SHADED, near: 0.5, far: 9 });
+    scene.add(new HemisphereLight(0xffffff, 0xb0aca4, 1.4), new AmbientLight(0xffffff, 0.5), grid, sun, sun.target);
     if (figure) scene.add(figure.root);
-    return scene;
+    return Object.assign(scene, { sun, grid });
   }
 
   /** The flights that are seen: all, or the chosen one. */
@@ -73,13 +75,20 @@ export class SceneView {
     this.figures.forEach((figure, i) => {
       (this.ghosts ? this.together : this.scenes[i]).add(figure.root);
       figure.root.visible = this.seen.includes(i);
-      figure.asGhost(this.ghosts, i === this.seen[0]);
+      figure.asOneOf(this.figures.length > 1, this.ghosts, i === this.seen[0]);
     });
     this.stale = true;
   }
 
   showArrows(shown) {
     for (const figure of this.figures) figure.arrows.visible = shown;
+    this.stale = true;
+  }
+
+  /** Show the grid's numbers, and the axes of the world and of the path, or not. */
+  showAxes(shown) {
+    for (const scene of [...this.scenes, this.together]) for (const one of scene.grid.children.slice(1)) one.visible = shown;
+    for (const figure of this.figures) figure.frame.visible = shown && !figure.ghost;
     this.stale = true;
   }
 
@@ -252,7 +261,9 @@ export class SceneView {
     const dark = matchMedia("(prefers-color-scheme: dark)").matches;
     this.renderer.setScissorTest(true);
     for (const [i, left, top, w, h] of this.cells()) {
-      const scene = this.ghosts ? this.together : this.scenes[i];
+      const scene = this.ghosts ? this.together : this.scenes[i], { sun } = scene;
+      sun.target.position.copy(this.figures[i].centre);
+      sun.position.copy(SUN).add(sun.target.position);
       scene.background = new Color(dark ? 0x1d2024 : 0xeef1f4);
       this.figures[i].floor.color.set(dark ? 0x3a3f46 : 0xd9dce0);
       const box = [left * width, (1 - top - h) * height, w * width - 1, h * height - 1];

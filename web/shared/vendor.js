@@ -2,10 +2,10 @@
 // program. A page imports it as "vendor".
 
 export {
-  AmbientLight, ArrowHelper, BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry, Color,
+  AmbientLight, BoxGeometry, BufferAttribute, BufferGeometry, CanvasTexture, CapsuleGeometry, Color,
   CylinderGeometry, DirectionalLight, DoubleSide, FrontSide, GridHelper, Group, HemisphereLight, LineBasicMaterial,
   LineSegments, Matrix4, Mesh, MeshLambertMaterial, PerspectiveCamera, Plane, PlaneGeometry, Quaternion,
-  Raycaster, SRGBColorSpace, Scene, SphereGeometry, Spherical, Vector2, Vector3, WebGLRenderer, WireframeGeometry,
+  Raycaster, SRGBColorSpace, Scene, SphereGeometry, Spherical, Sprite, SpriteMaterial, Vector2, Vector3, WebGLRenderer, WireframeGeometry,
 } from "three";
 export { OrbitControls } from "three/addons/controls/OrbitControls.js";
 export { LineMaterial } from "three/addons/lines/LineMaterial.js";

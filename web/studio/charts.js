@@ -13,7 +13,7 @@ const MOST = 30; // matches that are listed
 const KEPT = "skylimb-charts"; // what was chosen, over a reload
 
 const plain = (unit) => unit.replace(/\^2/g, "²").replace(/\^3/g, "³");
-const shown = (value, unit) => (value == null ? "–" : `${Number(value.toPrecision(4))}${unit && ` ${unit}`}`);
+const shown = (value, unit) => (value == null ? "–" : `${Number(value.toPrecision(3))}${unit && ` ${unit}`}`);
 
 /** Let the browser save what an address holds. */
 function save(href, name) {

@@ -9,6 +9,7 @@ import { Connection } from "./connection.js";
 import { Controls } from "./controls.js";
 import { Past } from "./past.js";
 import { DrawingTool } from "./drawing_tool.js";
+import { Hints } from "./hints.js";
 import { Poke } from "./poke.js";
 import { Shell } from "./shell.js";
 import { Timeline } from "./timeline.js";
@@ -43,6 +44,7 @@ class Studio {
     this.mode = "look";
     this.past = new Past();
     this.shell = new Shell(this);
+    this.hints = new Hints(find("hints"));
     this.transport = new Transport(this, find("transport"));
     this.timeline = new Timeline(this, find("timeline"));
     this.charts = new Charts(find("charts"), this.past);
@@ -100,7 +102,7 @@ class Studio {
       this.#begin(hello).catch((error) => { this.note(`The flight cannot be shown: ${error.message}`, "bad"); console.error(error); });
     });
     line.on("state", (state) => { this.state = state; this.#apply(); });
-    line.on("seats", (seats) => { shell.seats = seats; shell.status(); });
+    line.on("seats", (seats) => { shell.seats = seats; shell.status(); this.hints.begin(seats.drives); });
     line.on("frame", ({ scene, frames }) => {
       if (scene !== this.number) return;
       for (const frame of frames) this.#remember(frame);
@@ -150,7 +152,7 @@ class Studio {
 
   #arrange() {
     this.sceneView.arrange(find("ghosts").getAttribute("aria-pressed") === "true", null);
-    this.sceneView.showArrows(find("arrows").getAttribute("aria-pressed") === "true");
+    for (const [id, show] of [["arrows", "showArrows"], ["axes", "showAxes"]]) this.sceneView[show](find(id).getAttribute("aria-pressed") === "true");
     const legend = ({ scene: { name, colour } }) => [element("span", { class: "dot", style: { background: colour } }), name];
     find("names").replaceChildren(...this.sceneView.cells().map(([i, left, top]) => element("div", { class: "name", style: { left: `${100 * left}%`, top: `${100 * top}%` } },
       ...(this.sceneView.ghosts ? this.sceneView.figures.flatMap((figure) => [...legend(figure), " "]) : legend(this.sceneView.figures[i])))));
@@ -197,7 +199,8 @@ class Studio {
     find("modes").append(...modes);
     find("views").append(
       toggle("Follow", "The camera goes along", false, (on) => { if (this.sceneView) this.sceneView.follow = on; }),
-      Object.assign(toggle("Arrows", "Thrusts (green, 2 cm/N); contact force (12 cm/N) and the pen's line, from blue (0 N) to red (5 N). A cell of the floor is 0.5 m", true, () => this.#arrange()), { id: "arrows" }),
+      Object.assign(toggle("Arrows", "Thrusts (green, 2 cm/N); contact force (12 cm/N) and the pen's line, from blue (0 N) to red (5 N)", true, () => this.#arrange()), { id: "arrows" }),
+      Object.assign(toggle("Axes", "Numbers on the floor, whose cells are 0.5 m; axes x, y, z of the world; those of path and contact, where the flight believes its surface", true, () => this.#arrange()), { id: "axes" }),
       Object.assign(toggle("Ghosts", "Both flights in one picture", false, () => this.#arrange()), { id: "ghosts" }),
       choice("View", [["", "View"], ["home", "whole robot"], ["front", "front"], ["side", "side"], ["top", "top"], ["pen", "pen"]], "", (name) => {
         this.sceneView?.view(name);

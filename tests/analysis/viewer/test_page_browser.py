@@ -180,8 +180,8 @@ def arrow(page: sync_api.Page, number: int, time: float) -> tuple[bool, np.ndarr
             skylimbReplay.clock.set({time});
             const {{ events }} = skylimbReplay.sceneView.figures[0];
             const {{ arrow }} = events.find((one) => one.number === {number});
-            const {{ visible, position, quaternion, cone }} = arrow;
-            return [visible, position.toArray(), quaternion.toArray(), cone.position.y];
+            const {{ visible, position, quaternion, reach }} = arrow;
+            return [visible, position.toArray(), quaternion.toArray(), reach];
         }}"""
     )
     return seen, np.array(place), length * Rotation.from_quat(turn).apply([0.0, 1.0, 0.0])

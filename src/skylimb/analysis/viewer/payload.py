@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,6 +12,8 @@ import xarray as xr
 from skylimb.analysis.figures import palette, scene
 from skylimb.analysis.recording import Run
 from skylimb.analysis.scores.board import board_of
+from skylimb.analysis.scores.signals import contact_axis, sliding_axes, surface_of
+from skylimb.analysis.viewer.believed import believed_frame
 from skylimb.analysis.viewer.events import packed_events
 from skylimb.analysis.viewer.moved import is_moved, moves_of, taken_back, where
 from skylimb.analysis.viewer.packing import packed
@@ -81,7 +84,16 @@ def _scene(run: Run) -> dict[str, Any]:
         "nominal": _segments(scene.nominal_line(log, board), board, motion, times),
         "trace": _segments(scene.pen_trace(log, np.zeros(3)), board, motion, times),
         "camera": scene.eye_and_target(scene.camera_of(log, board)),
+        "frame": _believed(log),
     }
+
+
+def _believed(log: xr.Dataset) -> dict[str, Any] | None:
+    """Where the flight believed its surface; None where the log does not know."""
+    if "path_center" not in log.attrs:
+        return None
+    center = json.loads(str(log.attrs["path_center"]))
+    return believed_frame(center, contact_axis(log), sliding_axes(log), (surface_of(log) or {}).get("size"))
 
 
 def _touch(log: xr.Dataset) -> np.ndarray:

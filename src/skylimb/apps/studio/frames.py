@@ -9,6 +9,7 @@ import numpy as np
 
 from skylimb.analysis.figures.scene import LIFT, dashes, eye_and_target, load_model, place_camera
 from skylimb.analysis.scores.signals import direction
+from skylimb.analysis.viewer.believed import believed_frame
 from skylimb.analysis.viewer.packing import packed
 from skylimb.analysis.viewer.shapes import OUT_OF_SIGHT, meshes, shapes_with_surface, thrust_sites
 from skylimb.apps.studio.curves import Moment, described_signals, panels_of
@@ -48,7 +49,8 @@ class FlightView:
         self._smoothed = max(1, round(SMOOTHING / takeoff.period))
         frame = takeoff.mission.frame
         named = ((frame.sliding_u, "u"), (frame.sliding_v, "v"), (frame.contact, "n"))
-        self._panels = panels_of(flight, [direction(axis, name) for axis, name in named])
+        self._axes = [direction(axis, name) for axis, name in named]
+        self._panels = panels_of(flight, self._axes)
         body = mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_BODY, BODY)
         self._surface = [self._model.nbody] if body < 0 else [body, self._model.nbody]
         self._turned = np.zeros((self._model.nbody + 1, 4))
@@ -77,6 +79,12 @@ class FlightView:
                 key: described[key] for key in ("kind", "origin", "axis_u", "axis_v", "normal", "size")
             },
             "camera": eye_and_target(camera),
+            "frame": believed_frame(
+                self._flight.takeoff.experiment.path_center,
+                self._axes[-1],
+                self._axes[:-1],
+                described["size"],
+            ),
             "panels": [panel.described(int(k)) for panel, k in zip(self._panels, columns, strict=False)],
             "signals": described_signals(self._flight),
         }
