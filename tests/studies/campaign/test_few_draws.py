@@ -1,5 +1,6 @@
 """What a campaign of few draws may say, and about how many draws would tell more."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -7,10 +8,11 @@ import pytest
 from scipy.stats import norm
 
 from skylimb.analysis.scores.axis_names import PAPER
+from skylimb.analysis.scores.registry import SCORES
 from skylimb.studies.campaign.figures import _running_median, report_figures
 from skylimb.studies.campaign.maps import winner_map
 from skylimb.studies.campaign.points import FEW, _apart, points
-from skylimb.studies.campaign.report import _pairs
+from skylimb.studies.campaign.report import _pairs, signed
 from skylimb.studies.campaign.statistics import (
     Scores,
     compare_paired,
@@ -184,3 +186,24 @@ def test_a_median_along_a_parameter_rests_on_several_flights() -> None:
     assert _running_median(x, x)[0] == pytest.approx([x[2], x[7], x[12]])
     grid = np.repeat([1.0, 2.0], 3)
     assert _running_median(grid, np.arange(6.0)) == ([1.0, 2.0], [1.0, 4.0])
+
+
+def test_a_number_that_is_zero_as_printed_has_no_sign() -> None:
+    assert [signed(value) for value in (-0.001, 0.0, 0.004, -1.5, 1.5, math.nan)] == [
+        "0.00",
+        "0.00",
+        "0.00",
+        "−1.50",
+        "+1.50",
+        "–",
+    ]
+    assert SCORES[KEY].printed(-1e-5) == "0.000"
+
+
+def test_few_draws_name_the_controllers_below_each_panel_and_parameters_have_units() -> None:
+    scores = scores_of(np.array([[1.0, 2.0], [1.5, 2.5]]))
+    labels = points(scores, PAPER).axes[0].get_xticklabels()
+    assert [one.get_text() for one in labels] == ["PID", "Hybrid"]
+    timed = dataclasses.replace(scores, units={"sensors.latency": "s"})
+    assert timed.called("sensors.latency") == "sensors.latency (s)"
+    assert timed.called("surface.friction") == "surface.friction"

@@ -159,7 +159,7 @@ class Score:
             return ""
         if isinstance(value, bool):
             return "yes" if value else "no"
-        text = f"{value:g}" if self.kind == "count" else f"{value:.3f}"
+        text = f"{value:g}" if self.kind == "count" else f"{value:z.3f}"
         return text.replace("-", "\N{MINUS SIGN}")
 
     def number(self, value: Any) -> Number:

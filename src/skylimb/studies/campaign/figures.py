@@ -132,7 +132,7 @@ def trends(scores: Scores, score: str, parameters: list[str], axes_names: AxisNa
             at_top = np.full((~flown).sum(), top)
             ax.scatter(x[~flown], at_top, s=12, marker="x", color=colour, linewidths=0.8)
             ax.plot(*_running_median(x[flown], column[flown]), color=colour)
-        ax.set_xlabel(parameter.replace(".", ".\n", 1))
+        ax.set_xlabel(scores.called(parameter).replace(".", ".\n", 1))
         ax.locator_params(axis="x", nbins=4)
         ax.set_ylim(bottom, top + 0.03 * (top - bottom))
     axes[0].set_ylabel(fill(scores.declared[score].titled(axes_names), 26))

@@ -17,7 +17,14 @@ from typing import Any
 from skylimb.analysis.recording.versions import versions
 from skylimb.base.config import flatten, value_of
 from skylimb.base.errors import ConfigError
-from skylimb.control.controller import Controller, controller_from_tables, is_traceable, load_controller
+from skylimb.base.keys import tables_of, units_of
+from skylimb.control.controller import (
+    Controller,
+    controller_from_tables,
+    controller_units,
+    is_traceable,
+    load_controller,
+)
 from skylimb.control.corrections import read_corrections, with_corrections
 from skylimb.control.preset import preset_mapping
 from skylimb.flight.experiments.experiment import Experiment, experiment_from_mapping, experiment_tables
@@ -112,6 +119,17 @@ class Campaign:
         if "file" in entry["preset"]:
             return controller_from_tables(entry["preset"], path, robot, gains)
         return controller_from_tables(changed(entry["preset"], gains or {}), path, robot)
+
+    def units(self) -> dict[str, str]:
+        """Unit of everything that is drawn and has one, by its key."""
+        experiment = self._experiment({}, "campaign")
+        robot, known = load_robot(experiment.robot), units_of(tables_of(experiment))
+        for name in self.names:
+            gains = controller_units(self.load(name, robot))
+            known |= {f"{GAIN}{key}": unit for key, unit in gains.items()}
+        # An entry of a list has the unit of the list.
+        whole = {key: key if key in known else key.rpartition(".")[0] for key in self.spec.vary}
+        return {key: known[table] for key, table in whole.items() if table in known}
 
     def to_mapping(self) -> dict[str, Any]:
         """What the folder's spec.toml holds: the spec, and a table with all that was resolved."""

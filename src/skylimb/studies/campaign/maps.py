@@ -28,7 +28,7 @@ _IN_CELL = 8
 @style.styled
 def failure_map(scores: Scores, first: str, second: str) -> Figure:
     """Successes and failures over two parameters, a panel a controller."""
-    figure, axes = panels(scores.controllers, 1.9, (first, second))
+    figure, axes = panels(scores.controllers, 1.9, (scores.called(first), scores.called(second)))
     x, y = (scores.parameters[name].astype(float) for name in (first, second))
     image: Any = None
     for (name, ax), failed in zip(axes.items(), ~scores.success.T, strict=True):
@@ -63,7 +63,7 @@ def winner_map(scores: Scores, score: str, first: str, second: str) -> Figure:
         if number:
             place = float(middles[0][i]), float(middles[1][j])
             ax.text(*place, f"{number:.0f}", ha="center", va="center", fontsize=6, color="white")
-    ax.set(xlabel=first, ylabel=second)
+    ax.set(xlabel=scores.called(first), ylabel=scores.called(second))
     add_legend(figure, scores)
     return figure
 

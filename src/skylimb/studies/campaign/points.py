@@ -26,7 +26,7 @@ def points(scores: Scores, names: AxisNames) -> Figure:
     A grey line joins the flights of one draw and ends with its number. A cross beyond the worst of the values
     is a lost flight.
     """
-    figure, axes = panels(scores.ranked, 1.9)
+    figure, axes = panels(scores.ranked, 2.2)
     for key, ax in axes.items():
         _panel(ax, scores, key, names)
     draw = Line2D([], [], color=style.TRUTH, linewidth=0.7, label="one draw, with its number")
@@ -57,7 +57,9 @@ def _panel(ax: Axes, scores: Scores, key: str, names: AxisNames) -> None:
         ax.text(places[-1] + 0.12, height, text, fontsize=6.5, va="center", color=style.DARK)
     ax.set_ylabel(fill(scores.declared[key].titled(names), 30), fontsize=7)
     room = 0.08 * (high - low)
-    ax.set(xlim=(-0.4, places[-1] + 0.6), ylim=(low - room, high + room), xticks=[])
+    ax.set(xlim=(-0.4, places[-1] + 0.6), ylim=(low - room, high + room))
+    labels = [style.label(name) for name in scores.controllers]
+    ax.set_xticks(places, labels, rotation=30, ha="right", rotation_mode="anchor", fontsize=6.5)
     ax.yaxis.set_major_locator(MaxNLocator(4))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shlex
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -55,7 +56,8 @@ def render_report(
         kept: flights whose log lies in the folder.
         folder: the campaign's.
     """
-    scores, names = summary.scores, summary.scores.controllers
+    scores = replace(summary.scores, units=campaign.units())
+    names = scores.controllers
     score, axes, declared = campaign.spec.score, summary.axes, scores.declared
     return render_page(
         TEMPLATE,
@@ -83,6 +85,7 @@ def render_report(
         range_only=len(scores.draws) < fewest_draws(),
         flown=_flown(summary, score) if len(scores.draws) < FEW else [],
         pairs=_pairs(summary),
+        signed=signed,
         regions=[
             (style.label(name), _region(summary, name, "failure" if campaign.spec.success else "loss"))
             for name in names
@@ -90,6 +93,7 @@ def render_report(
         figures=report_figures(scores, score, axes),
         axes=axes,
         score=within(declared[score].text(axes)),
+        score_unit=declared[score].unit,
         worst=[
             (
                 row,
@@ -110,7 +114,10 @@ def render_report(
         success=[
             (within(declared[key].text(axes)), bound) for key, bound in campaign.spec.success.items()
         ],
-        varied=[(key, json.dumps(to_mapping(entry))) for key, entry in campaign.spec.vary.items()],
+        varied=[
+            (key, scores.units.get(key), json.dumps(to_mapping(entry)))
+            for key, entry in campaign.spec.vary.items()
+        ],
         spec=write_toml(campaign.spec.to_mapping()),
         versions=campaign.versions,
     )  # fmt: skip
@@ -194,21 +201,29 @@ def _pairs(summary: Summary) -> list[tuple[str, str, str, Paired, str, str]]:
     lines = []
     for key, pairs in summary.paired.items():
         score = summary.scores.declared.get(key)
-        label, goal = (score.text(summary.axes), score.sign) if score else ("Failures", 1.0)
+        label, goal = (score.titled(summary.axes), score.sign) if score else ("Failures, share", 1.0)
         for (first, second), pair in pairs.items():
             low, high = (pair.low, pair.high) if goal > 0.0 else (-pair.high, -pair.low)
-            middle, low, high = (_signed(value, goal) for value in (goal * pair.median, low, high))
+            middle, low, high = (_difference(value, goal) for value in (goal * pair.median, low, high))
             difference = f"{middle} ({low} .. {high})"
             winner = style.label(first if pair.better > 0 else second) if pair.better else ""
             lines.append((label, style.label(first), style.label(second), pair, difference, winner))
     return lines
 
 
-def _signed(value: float, goal: float) -> str:
+def _difference(value: float, goal: float) -> str:
     """A difference; an infinite one is that of a lost flight, whichever way the metric is good."""
     if np.isfinite(value):
-        return f"{value:+.4f}".replace("-", "\N{MINUS SIGN}")
+        return signed(value, 4)
     return "first lost" if value * goal > 0.0 else "second lost"
+
+
+def signed(value: float, places: int = 2) -> str:
+    """A number with its sign; what is zero at so many places has none, and no number is a dash."""
+    if np.isnan(value):
+        return "–"
+    text = f"{value:+z.{places}f}".replace("-", "\N{MINUS SIGN}")
+    return text if float(f"{value:.{places}f}") else text.lstrip("+")
 
 
 def _region(summary: Summary, name: str, failure: str) -> str:
@@ -228,4 +243,4 @@ def _cause(row: Row, score: Score, axes: AxisNames) -> str:
     if row["cause"]:
         return row["cause"]
     value = row[score.name]
-    return "" if value is None else f"{within(score.text(axes))} {value:.3f} {score.unit}".strip()
+    return "" if value is None else f"{within(score.text(axes))} {score.printed(value)} {score.unit}".strip()

@@ -28,6 +28,7 @@ class Scores:
         parameters: name -> what was drawn, (n,).
         refused: draws that nobody can fly, with the cause; they are in none of the arrays.
         declared: what each metric is, by name.
+        units: of the parameters that have one, by name.
     """
 
     controllers: tuple[str, ...]
@@ -38,6 +39,7 @@ class Scores:
     parameters: dict[str, np.ndarray]
     refused: dict[int, str]
     declared: Mapping[str, Score] = field(default_factory=lambda: SCORES)
+    units: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def ranked(self) -> list[str]:
@@ -47,6 +49,11 @@ class Scores:
             for key, each in self.declared.items()
             if each.directed and each.ranked and key in self.metrics
         ]
+
+    def called(self, parameter: str) -> str:
+        """A parameter with its unit, as figures call it."""
+        unit = self.units.get(parameter)
+        return f"{parameter} ({unit})" if unit else parameter
 
     def cost(self, name: str) -> np.ndarray:
         """What is compared, (n, controllers): a metric by its goal, infinite for a loss; "success" is 0."""
