@@ -162,13 +162,15 @@ class Rotor(_Fixed):
 class Tip(_Fixed):
     """The point that touches: centre (m, in the link's frame) and radius (m) of a small ball on a link.
 
-    `stem` (m, same frame) is where a drawn stick that carries it begins, or None.
+    `stem` (m, same frame) is where a drawn stick that carries it begins, or None. `heading` says
+    whose x axis, seen from above, is the heading: that link's or the root's.
     """
 
     link: str
     position: np.ndarray
     radius: float
     stem: np.ndarray | None = None
+    heading: Literal["link", "root"] = "link"
 
 
 @dataclass(frozen=True, eq=False)

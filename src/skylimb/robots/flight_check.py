@@ -16,6 +16,9 @@ from skylimb.robots.validation import check_inertial, limited_by_torque
 _TRIES = 16
 """Sets of vectoring angles near the first ones at which least-norm thrusts are looked at."""
 
+_FLAT = 0.2
+"""Length of the tip link's x axis, seen from above, from which on it gives a heading."""
+
 _SAMPLES = 64
 """Sets of vectoring angles at which the rank of the allocation matrix is looked at."""
 
@@ -30,6 +33,7 @@ def check_robot(robot: Robot) -> None:
     """
     check_moving_bodies(robot)
     check_few_rotors(robot)
+    _check_heading(robot)
     q, start = robot.nominal_posture(), robot.description.vectoring_start
     steps = np.outer(np.arange(_TRIES if robot.n_vectoring else 1), golden_steps(robot.n_vectoring))
     # Least-norm thrusts that hold answer in no time; only where none are found a search has to.
@@ -39,6 +43,17 @@ def check_robot(robot: Robot) -> None:
     found = any_hover(robot, q)
     if not found:
         _refuse(robot, q, found)
+
+
+def _check_heading(robot: Robot) -> None:
+    """Refuse a heading by an axis that is upright: what is left of it, seen from above, is rounding."""
+    tip, start = robot.description.tip, robot.description.vectoring_start
+    x_axis = robot.link_poses(robot.nominal_posture(), start)[tip.link][1][:, 0]
+    if tip.heading == "link" and np.hypot(x_axis[0], x_axis[1]) < _FLAT:
+        raise DescriptionError(
+            f"the x axis of tip.link = '{tip.link}' points {'up' if x_axis[2] > 0.0 else 'down'} in the "
+            "nominal posture, so it gives no heading; say tip.heading = 'root', and the root's x axis does"
+        )
 
 
 def check_moving_bodies(robot: Robot) -> None:

@@ -117,6 +117,10 @@ class TipSection:
     stem: Annotated[
         _Place | None, Key("m", "where the stick begins, in the link's frame", low=-10.0, high=10.0)
     ] = None
+    heading: Annotated[
+        Literal["link", "root"],
+        Key("", "whose x axis, seen from above, is the heading; 'root' for a tool that points up or down"),
+    ] = "link"
 
 
 @configuration

@@ -172,6 +172,7 @@ def describe(flight: FlightFile, flight_source: Source, urdf: Source, tree: Tree
             np.array(flight.tip.position, dtype=float),
             flight.tip.radius,
             None if flight.tip.stem is None else np.array(flight.tip.stem, dtype=float),
+            flight.tip.heading,
         ),
         posture=PostureFamily(
             np.array(posture.offset, dtype=float),

@@ -39,8 +39,8 @@ class RobotState(NamedTuple):
         tip_root: (3,) tip in the root frame, m.
         tip_jacobian: (3, nq) derivative of tip_root by the joint angles, m/rad.
         cog_jacobian: (3, nq + nv) derivative of cog_root by joint and vectoring angles, m/rad.
-        tip_heading: yaw of the tip link's x axis in the root frame, rad; {C} has the same yaw up to its small
-            tilt.
+        tip_heading: yaw of the tip link's x axis in the root frame, rad, 0 where the heading is the root's;
+            {C} has the same yaw up to its small tilt.
     """
 
     mass: Any
@@ -300,6 +300,8 @@ class Robot:
         )
 
     def _heading(self, poses: Sequence[BodyPose], R_tip: Array, q: Array, psi: Array) -> Any:
+        if self.description.tip.heading == "root":
+            return ca.SX(0.0)
         place = self.placements[self.description.tip.link]
         pose = poses[place.body]
         if pose.base is None and abs(pose.axis[2]) == 1.0:

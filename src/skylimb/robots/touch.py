@@ -69,7 +69,7 @@ def _places(
         place, R = poses[rotor.link]
         found[rotor.name] = place + R @ rotor.xyz
     place, R = poses[description.tip.link]
-    level = rot_z(-np.arctan2(R[1, 0], R[0, 0]))
+    level = rot_z(-np.arctan2(R[1, 0], R[0, 0]) if description.tip.heading == "link" else 0.0)
     tip = place + R @ description.tip.position
     return list(found), np.array(list(found.values())) @ level.T, level @ tip
 

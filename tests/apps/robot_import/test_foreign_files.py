@@ -8,7 +8,10 @@ from lab_style import MOVING, lab_urdf
 from made_robots import link
 from skylimb.apps.cli import main
 from skylimb.apps.robot_import.checking import check_robot_file
+from skylimb.apps.robot_import.writing import import_robot
 from skylimb.base.errors import DescriptionError
+from skylimb.control.planning.posture import posture_family
+from skylimb.robots import load_robot
 
 PLUGIN = """<gazebo><plugin name="motor{k}" filename="librotors_gazebo_motor_model.so">
 <jointName>spin_{name}</jointName><linkName>{name}</linkName><turningDirection>{way}</turningDirection>
@@ -102,3 +105,62 @@ def test_joints_that_slide_or_mimic_are_held_and_said(tmp_path: Path) -> None:
     said = {doubt.what: doubt.value for doubt in report.doubts}
     assert "locked" in said["joint 'slide'"]
     assert "mimics another; it is locked" in said["joint 'finger'"]
+
+
+ARM = (
+    ("shoulder", "base", "upper", "0.1 0 -0.05", "0 1.5708 0"),
+    ("elbow", "upper", "fore", "0.25 0 0", "0 0 0"),
+    ("mount", "fore", "tool", "0.2 0 0", "0 0 0"),
+)
+STICK = '<visual><origin xyz="{x} 0 0" rpy="0 1.5708 0"/><geometry>{shape}</geometry></visual>'
+ROD = '<cylinder radius="0.005" length="0.2"/>'
+NEW_TIP = '[tip]\nlink = "tool"\nposition = [0.2, 0.0, 0.0]\nradius = 0.01\n'
+
+
+def with_arm(drawn: str) -> str:
+    """The quadrotor above with an arm of fixed links that hangs down, its tool drawn."""
+    parts = [link(name, 0.05, gyration=0.02) for name in ("upper", "fore")]
+    parts.append(link("tool", 0.02, gyration=0.02).replace("</link>", f"{drawn}</link>"))
+    for name, parent, child, xyz, rpy in ARM:
+        parts.append(
+            f'<joint name="{name}" type="fixed"><parent link="{parent}"/><child link="{child}"/>'
+            f'<origin xyz="{xyz}" rpy="{rpy}"/></joint>'
+        )
+    return gazebo_quad().replace("</robot>", "".join(parts) + "</robot>")
+
+
+@pytest.mark.parametrize(
+    ("drawn", "depth", "radius"),
+    [
+        ("", 0.5, 0.01),
+        (STICK.format(x=0.1, shape=ROD), 0.7, 0.01),
+        (STICK.format(x=0.1, shape='<box size="0.01 0.01 0.2"/>'), 0.7, 0.01),
+        (STICK.format(x=0.1, shape=ROD) + STICK.format(x=0.2, shape='<sphere radius="0.015"/>'), 0.7, 0.015),
+    ],
+)
+def test_the_tip_is_the_farthest_end_of_tree_and_drawing(
+    tmp_path: Path, drawn: str, depth: float, radius: float
+) -> None:
+    (tmp_path / "arm.urdf").write_text(with_arm(drawn))
+    report = check_robot_file(tmp_path / "arm.urdf")
+    tip = report.description.tip
+    assert (tip.link, tip.radius) == ("base", radius)
+    assert tip.position == pytest.approx([0.1, 0.0, -depth], abs=1e-4)
+    assert report.can_touch
+    assert any("the farthest end that is drawn" in doubt.value for doubt in report.doubts)
+
+
+def test_a_tool_that_points_down_gives_no_heading_and_the_root_does(tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf").write_text(with_arm(""))
+    (tmp_path / "mapping.toml").write_text(NEW_TIP)
+    report = check_robot_file(tmp_path / "arm.urdf", mapping=tmp_path / "mapping.toml")
+    assert "'tool' points down in the nominal posture, so it gives no heading" in report.reasons[0].value
+    (tmp_path / "mapping.toml").write_text(NEW_TIP + 'heading = "root"\n')
+    report = import_robot(tmp_path / "arm.urdf", tmp_path / "robot", mapping=tmp_path / "mapping.toml")
+    assert report.can_touch, report.reasons
+    robot = load_robot(tmp_path / "robot")
+    state = robot.at([], [])
+    assert float(state.tip_heading) == 0.0
+    assert state.tip_root == pytest.approx([0.1, 0.0, -0.7], abs=1e-4)
+    # Measured forward of the centre of gravity, which is under the base's middle, and not behind it.
+    assert posture_family(robot).reach_nominal == pytest.approx(0.1 - float(state.cog_root[0]), abs=1e-4)

@@ -12,6 +12,7 @@ from skylimb.apps.robot_import.doubts import Doubt
 from skylimb.apps.robot_import.mapping import MappedRotor, Mapping
 from skylimb.apps.robot_import.roles import Roles
 from skylimb.apps.robot_import.tables import LabTables, MotorTable
+from skylimb.apps.robot_import.tip_guess import guess_tip
 from skylimb.apps.robot_import.tree import UrdfTree, number
 from skylimb.base.errors import DescriptionError
 from skylimb.robots.description import GRAVITY, Servo
@@ -21,7 +22,6 @@ from skylimb.robots.flight_file import (
     PostureSection,
     RotorSection,
     ShapeSection,
-    TipSection,
     VectoringSection,
 )
 
@@ -29,9 +29,6 @@ URDF_NAME = "robot.urdf"
 KAPPA, LAG, THRUST_MIN, THRUST_TO_WEIGHT = 0.016, 0.05, 0.5, 2.0
 """Assumed where nothing says it: drag torque per thrust (m), lag (s), least thrust (N), lift over weight."""
 
-_TIP_RADIUS = 0.01
-_STICK = 0.15
-"""How far an assumed tip stands out beyond the rotors of a robot without bending joints, m."""
 _BELIEVED = 1e3
 """Greatest thrust that a limit of a rotor's axle may mean, N; +-1e16 means none."""
 _FAR_APART = 0.05
@@ -69,7 +66,7 @@ def propose(
     rotors = _rotors(tree, roles, axles, tables.motors, doubts)
     shape = tuple(joint.get("name", "") for joint in roles.shape)
     vectoring = tuple(joint.get("name", "") for joint in roles.vectoring)
-    tip = mapping.tip or _tip(tree, roles, doubts)
+    tip = mapping.tip or guess_tip(tree, roles, doubts)
     flight = FlightFile(
         name=mapping.name or tree.name,
         summary=f"{len(rotors)} rotors, {len(shape)} bending and {len(vectoring)} vectoring joints, imported",
@@ -160,7 +157,7 @@ def _turning(tree: UrdfTree, rotor: MappedRotor, doubts: list[Doubt]) -> tuple[f
         return inertia, factor
     if inertia is None:
         inertia = said
-        value = f"is not said; {said:.3g} kg m^2 of link '{rotor.link}' is taken"
+        value = f"is not said; {said:.3g} kg m^2 of the rotor's own link is taken"
         doubts.append(
             Doubt("inertia of the rotors", value, "say inertia in a mapping file: propeller and bell")
         )
@@ -231,39 +228,3 @@ def _servo(group: str, tree: UrdfTree, joints: tuple[Element, ...], tables: LabT
         torque_limit=float(np.clip(effort, 1e-3, 1e5)),
         speed_limit=float(np.clip(speed, 1e-3, 1e3)),
     )
-
-
-def _tip(tree: UrdfTree, roles: Roles, doubts: list[Doubt]) -> TipSection:
-    """The end of the last link of the longest chain, or a stick in front of a robot that does not bend."""
-    names = {joint.get("name") for joint in roles.shape}
-    links = [tree.end(joint, "child") or "" for joint in roles.shape]
-    if links:
-        depth = {link: sum(j.get("name") in names for j in tree.path_up(link)) for link in links}
-        last = max(links, key=lambda link: (depth[link], link))
-        ends = [tree.place(joint)[0] for joint in tree.path_up(last) if joint.get("name") in names]
-        length = max((float(np.linalg.norm(xyz)) for xyz in ends), default=0.0) or 0.3
-        position = (round(length, 4), 0.0, 0.0)
-        tip = TipSection(last, position, _TIP_RADIUS)
-    else:
-        reach = max(
-            (float(np.linalg.norm(_from_base(tree, rotor.link)[:2])) for rotor in roles.rotors), default=0.3
-        )
-        tip = TipSection(tree.base(), (round(reach + _STICK, 4), 0.0, 0.0), _TIP_RADIUS, (0.0, 0.0, 0.0))
-    x, y, z = tip.position
-    doubts.append(
-        Doubt(
-            "the tip",
-            f"is not said; ({x:g}, {y:g}, {z:g}) m of link '{tip.link}' is assumed",
-            "say [tip] in a mapping file",
-        )
-    )
-    return tip
-
-
-def _from_base(tree: UrdfTree, link: str) -> np.ndarray:
-    """Origin of a link in the root's frame, joints at zero."""
-    point = np.zeros(3)
-    for joint in tree.path_up(link):
-        xyz, R = tree.place(joint)
-        point = xyz + R @ point
-    return point

@@ -125,13 +125,13 @@ class UrdfTree:
     def axis(self, joint: Element) -> np.ndarray:
         """The joint's axis (3,), as URDF has it: x where none is given."""
         element = joint.find("axis")
-        return np.array(_triple(element, "xyz", (1.0, 0.0, 0.0)))
+        return np.array(triple(element, "xyz", (1.0, 0.0, 0.0)))
 
     def place(self, joint: Element) -> tuple[np.ndarray, np.ndarray]:
         """Origin (3,) in m and orientation (3, 3) of the child's frame in the parent's."""
         origin = joint.find("origin")
-        xyz = np.array(_triple(origin, "xyz", (0.0, 0.0, 0.0)))
-        return xyz, rotation_from_rpy(*_triple(origin, "rpy", (0.0, 0.0, 0.0)))
+        xyz = np.array(triple(origin, "xyz", (0.0, 0.0, 0.0)))
+        return xyz, rotation_from_rpy(*triple(origin, "rpy", (0.0, 0.0, 0.0)))
 
     def endless(self, joint: Element) -> bool:
         """Whether the joint turns without end, whatever it is called."""
@@ -192,7 +192,8 @@ def number(element: Element | None, key: str, default: float) -> float:
         return default
 
 
-def _triple(element: Element | None, key: str, default: tuple[float, ...]) -> tuple[float, ...]:
+def triple(element: Element | None, key: str, default: tuple[float, ...]) -> tuple[float, ...]:
+    """An attribute as three numbers, `default` where it is none."""
     text = None if element is None else element.get(key)
     try:
         values = tuple(float(word) for word in (text or "").split())

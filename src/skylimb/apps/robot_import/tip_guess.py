@@ -1,0 +1,104 @@
+"""Where the tip of a robot probably is: the farthest end of what is drawn or joined at its last link."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from skylimb.apps.robot_import.doubts import Doubt
+from skylimb.apps.robot_import.roles import Roles
+from skylimb.apps.robot_import.tree import UrdfTree, number, triple
+from skylimb.robots.flight_file import TipSection
+
+_RADIUS = 0.01
+_STICK = 0.15
+"""How far an assumed tip stands out beyond the rotors of a robot without bending joints, m."""
+_BEYOND = 0.05
+"""How far an end has to be beyond the rotors' middles of such a robot to be taken for its tip, m."""
+_LARGEST = 0.05
+"""Greatest radius of a drawn sphere that is taken for the ball of a tip, m."""
+
+End = tuple[np.ndarray, float]
+"""A point (3,), m, and the radius of the ball about it, m; 0 where there is none."""
+
+
+def guess_tip(tree: UrdfTree, roles: Roles, doubts: list[Doubt]) -> TipSection:
+    """The end of the last link of the longest chain; of a robot that does not bend, that of its stick or arm.
+
+    Ends are origins of links that are fixed to that link, and ends of cylinders, faces of boxes and spheres
+    that draw them. Where none is far enough out, a chain ends as far behind its last joint as that is behind
+    the one before it, and a robot that does not bend gets a stick in front of its rotors.
+    """
+    names = {joint.get("name") for joint in roles.shape}
+    links = [tree.end(joint, "child") or "" for joint in roles.shape]
+    if links:
+        depth = {link: sum(j.get("name") in names for j in tree.path_up(link)) for link in links}
+        last = max(links, key=lambda link: (depth[link], link))
+        ends = [tree.place(joint)[0] for joint in tree.path_up(last) if joint.get("name") in names]
+        length = max((float(np.linalg.norm(xyz)) for xyz in ends), default=0.0) or 0.3
+        assumed, beyond = TipSection(last, (round(length, 4), 0.0, 0.0), _RADIUS), length
+    else:
+        last = tree.base()
+        places = [_from_base(tree, rotor.link) for rotor in roles.rotors]
+        reach = max((float(np.linalg.norm(place[:2])) for place in places), default=0.3)
+        beyond = max((float(np.linalg.norm(place)) for place in places), default=0.3) + _BEYOND
+        assumed = TipSection(last, (round(reach + _STICK, 4), 0.0, 0.0), _RADIUS, (0.0, 0.0, 0.0))
+    rotors = {rotor.link for rotor in roles.rotors}
+    farthest = max(_ends(tree, last, rotors), key=_distance)
+    drawn = _distance(farthest) > beyond
+    x, y, z = (float(round(part, 4)) for part in farthest[0]) if drawn else assumed.position
+    tip = TipSection(last, (x, y, z), farthest[1] or _RADIUS) if drawn else assumed
+    why = "taken, the farthest end that is drawn or joined there" if drawn else "assumed"
+    value = f"is not said; ({x:g}, {y:g}, {z:g}) m of link '{last}' is {why}"
+    doubts.append(Doubt("the tip", value, "say [tip] in a mapping file"))
+    return tip
+
+
+def _distance(end: End) -> float:
+    return float(np.linalg.norm(end[0])) + end[1]
+
+
+def _ends(tree: UrdfTree, link: str, without: set[str]) -> Iterator[End]:
+    """Ends of a link and of all that fixed joints hold to it, in its frame, m."""
+    places, inside, open_ = {link: (np.zeros(3), np.eye(3))}, tree.subtree(link, fixed=True), [link]
+    yield places[link][0], 0.0
+    while open_:
+        name = open_.pop()
+        xyz, R = places[name]
+        element = tree.link(name)
+        for point, radius in _drawn(tree, element) if element is not None else ():
+            yield xyz + R @ point, radius
+        for joint in tree.below(name):
+            child = tree.end(joint, "child") or ""
+            if child in inside and child not in without and child not in places:
+                at, turned = tree.place(joint)
+                places[child] = (xyz + R @ at, R @ turned)
+                yield places[child][0], 0.0
+                open_.append(child)
+
+
+def _drawn(tree: UrdfTree, link: Element) -> Iterator[End]:
+    """Ends of the shapes of a link in its frame."""
+    for shape in [*link.findall("visual"), *link.findall("collision")]:
+        xyz, R = tree.place(shape)
+        box, rod, ball = (shape.find(f"geometry/{kind}") for kind in ("box", "cylinder", "sphere"))
+        radius = number(ball, "radius", 0.0)
+        half = 0.5 * np.array(triple(box, "size", (0.0, 0.0, 0.0)))
+        half[2] += 0.5 * number(rod, "length", 0.0)
+        if 0.0 < radius <= _LARGEST:
+            yield xyz, radius
+        else:
+            for axis in np.diag(half + max(radius, 0.0)):
+                yield xyz + R @ axis, 0.0
+                yield xyz - R @ axis, 0.0
+
+
+def _from_base(tree: UrdfTree, link: str) -> np.ndarray:
+    """Origin of a link in the root's frame, joints at zero."""
+    point = np.zeros(3)
+    for joint in tree.path_up(link):
+        xyz, R = tree.place(joint)
+        point = xyz + R @ point
+    return point
