@@ -1,7 +1,10 @@
 """Files as others have them: arguments of a xacro, tags of simulators, shapes that are none."""
 
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 from lab_style import MOVING, lab_urdf
@@ -12,6 +15,10 @@ from skylimb.apps.robot_import.writing import import_robot
 from skylimb.base.errors import DescriptionError
 from skylimb.control.planning.posture import posture_family
 from skylimb.robots import load_robot
+from skylimb.robots.model import Robot
+
+# Pinocchio fills its module at run time, where a type checker cannot look.
+pin: Any = import_module("pinocchio")
 
 PLUGIN = """<gazebo><plugin name="motor{k}" filename="librotors_gazebo_motor_model.so">
 <jointName>spin_{name}</jointName><linkName>{name}</linkName><turningDirection>{way}</turningDirection>
@@ -71,6 +78,8 @@ def test_arguments_of_a_xacro(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     path.write_text(XACRO.format(arg='<xacro:arg name="mass" default="1.0"/>', inside=inside))
     usual, heavy = check_robot_file(path), check_robot_file(path, args={"mass": "1.5"})
     assert heavy.mass - usual.mass == pytest.approx(0.5)
+    with pytest.raises(DescriptionError, match="it has no argument 'mas', only mass"):
+        check_robot_file(path, args={"mas": "1.5"})
     path.write_text(XACRO.format(arg="", inside=inside))
     assert main(["robot", "check", str(path)]) == 2
     assert "say --args mass=VALUE" in capsys.readouterr().err
@@ -164,3 +173,26 @@ def test_a_tool_that_points_down_gives_no_heading_and_the_root_does(tmp_path: Pa
     assert state.tip_root == pytest.approx([0.1, 0.0, -0.7], abs=1e-4)
     # Measured forward of the centre of gravity, which is under the base's middle, and not behind it.
     assert posture_family(robot).reach_nominal == pytest.approx(0.1 - float(state.cog_root[0]), abs=1e-4)
+
+
+@pytest.mark.parametrize("kind", ["revolute", "prismatic"])
+def test_a_joint_that_cannot_be_at_zero_is_held_within_its_limits(tmp_path: Path, kind: str) -> None:
+    """The centre of gravity is Pinocchio's, at the limit that is nearest to zero."""
+    limit = 'lower="0.4" upper="1" effort="1" velocity="1"'
+    joint = MOVING.format(
+        name="lid", kind=kind, parent="main", child="cover", xyz="0.1 0 0.1", axis="0 0.6 0.8", limit=limit
+    )
+    text = lab_urdf(extra=link("cover", 0.1, com="0.1 0.02 0.03", gyration=0.02) + joint)
+    path = tmp_path / "quad.urdf"
+    path.write_text(text)
+    report = check_robot_file(path)
+    assert any("held at 0.4" in doubt.value for doubt in report.doubts)
+    model = pin.buildModelFromUrdf(str(path), pin.JointModelFreeFlyer())
+    q = pin.neutral(model)
+    q[model.joints[model.getJointId("lid")].idx_q] = 0.4
+    data = model.createData()
+    cog = np.ravel(pin.centerOfMass(model, data, q))
+    pin.framesForwardKinematics(model, data, q)
+    place = data.oMf[model.getFrameId("main")]
+    found = Robot(report.description).at(np.zeros(0), np.zeros(4)).cog_root
+    np.testing.assert_allclose(np.ravel(found), place.actInv(cog), atol=1e-12)

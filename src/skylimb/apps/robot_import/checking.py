@@ -105,7 +105,7 @@ def check_robot_file(
     """Check a URDF or xacro file, a folder with one, or a robot of skylimb's own form.
 
     Args:
-        path: .urdf or .xacro, a folder, a flight TOML, or the name of a robot that ships.
+        path: .urdf, .xacro or MJCF, a folder, a flight TOML, or the name of a robot that ships.
         packages: folder of the packages that xacro and meshes name.
         mapping: TOML file that says what names do not tell.
         args: values of a xacro's arguments by name.
@@ -120,6 +120,7 @@ def check_robot_file(
         return _report(Path(path), description, sum(link.inertial.mass for link in description.links), [])
     text = read_urdf_text(path, packages, args)
     said = read_mapping(mapping)
+    said = replace(said, rotors=said.rotors or text.rotors)
     tree = UrdfTree(text.content, text.path.name)
     mass_in = tree.total_mass()
     roles = recognise(tree, said)

@@ -36,13 +36,20 @@ def repair(tree: UrdfTree, roles: Roles, *, mend: bool = False) -> list[Doubt]:
 
     Args:
         tree: as it was read; links and joints only remain.
-        roles: of its joints. Rotors' axles and locked joints become fixed.
+        roles: of its joints. Rotors' axles and locked joints become fixed, the latter within their limits.
         mend: whether inertias of real links that no body has are replaced by the nearest one that a body has.
     """
     doubts: list[Doubt] = []
     welded = sum(tree.mass(name) for name in tree.subtree(tree.base(), fixed=True))
-    for joint in [*filter(None, roles.spinning), *roles.locked]:
+    for joint in filter(None, roles.spinning):
         tree.fix(joint)
+    for joint in roles.locked:
+        held = tree.hold(joint)
+        if held != 0.0:
+            what = f"joint '{joint.get('name')}'"
+            doubts.append(
+                Doubt(what, f"cannot rest at zero; it is held at {held:g}", "none, if that is right")
+            )
     for joint in [*roles.shape, *roles.vectoring]:
         doubts += _mend_joint(tree, joint)
     doubts += _plant_root(tree, welded)

@@ -11,7 +11,7 @@ import numpy as np
 from skylimb.apps.robot_import.doubts import Doubt
 from skylimb.apps.robot_import.mapping import MappedRotor, Mapping, Role
 from skylimb.apps.robot_import.motor_plugins import plugin_rotors
-from skylimb.apps.robot_import.tree import UrdfTree
+from skylimb.apps.robot_import.tree import UrdfTree, rpy_of_z
 from skylimb.base.errors import unknown_name
 
 _ROTOR = re.compile(r"(rotor|prop|propeller|motor|thrust)[a-z_-]*?_?(\d+)", re.IGNORECASE)
@@ -68,7 +68,7 @@ def recognise(tree: UrdfTree, mapping: Mapping) -> Roles:
             doubts.append(
                 Doubt(
                     f"joint '{name}'",
-                    f"is {joint.get('type')}; only joints that turn are simulated, so it is locked at zero",
+                    f"is {joint.get('type')}; only joints that turn are simulated, so it is locked",
                     "nothing, if the robot may fly with it held; else replace it by a turning joint",
                 )
             )
@@ -133,17 +133,14 @@ def _spinning_rotor(tree: UrdfTree, joint: Element) -> MappedRotor:
     axis = axis / size
     if abs(axis[2]) > 0.9:
         return MappedRotor(link, spin=1 if axis[2] > 0.0 else -1)
-    # Rx(roll) Ry(pitch) of URDF's order turns z onto the axle.
-    roll = float(np.arcsin(np.clip(-axis[1], -1.0, 1.0)))
-    pitch = float(np.arctan2(axis[0], axis[2]))
-    return MappedRotor(link, spin=1, rpy=(roll, pitch, 0.0))
+    return MappedRotor(link, spin=1, rpy=rpy_of_z(axis))
 
 
 def _role(tree: UrdfTree, joint: Element, rotors: list[str], doubts: list[Doubt]) -> Role:
     name = joint.get("name", "")
     if joint.find("mimic") is not None:
         remedy = "nothing, if the robot may fly with it held"
-        doubts.append(Doubt(f"joint '{name}'", "mimics another; it is locked at zero", remedy))
+        doubts.append(Doubt(f"joint '{name}'", "mimics another; it is locked", remedy))
         return "locked"
     if _VECTORING.match(name):
         return "vectoring"

@@ -11,7 +11,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from skylimb.base.errors import DescriptionError
-from skylimb.base.rotations import rotation_from_rpy
+from skylimb.base.rotations import rotation_from_rpy, rotation_from_vector
 from skylimb.base.xml_text import read_xml
 
 FIXED = "fixed"
@@ -142,6 +142,23 @@ class UrdfTree:
 
     # What an import changes
 
+    def hold(self, joint: Element) -> float:
+        """Make a joint fixed, at its mimic's offset or else at zero, within its limits: that angle or way."""
+        kind, axis = joint.get("type"), self.axis(joint)
+        size, at = float(np.linalg.norm(axis)), number(joint.find("mimic"), "offset", 0.0)
+        if kind in ("revolute", "prismatic"):
+            at = min(
+                max(at, number(joint.find("limit"), "lower", at)), number(joint.find("limit"), "upper", at)
+            )
+        if at != 0.0 and kind in ("revolute", "continuous", "prismatic") and size > 0.0:
+            xyz, R = self.place(joint)
+            if kind == "prismatic":
+                self._set_place(joint, xyz + at / size * R @ axis, R)
+            else:
+                self._set_place(joint, xyz, R @ rotation_from_vector(at / size * axis))
+        self.fix(joint)
+        return at
+
     def fix(self, joint: Element) -> None:
         """Make a joint fixed, at its zero."""
         joint.set("type", FIXED)
@@ -167,21 +184,27 @@ class UrdfTree:
         for joint in list(self.path_up(link)):
             parent, child = self.end(joint, "parent") or "", self.end(joint, "child") or ""
             xyz, R = self.place(joint)
-            back = -R.T @ xyz
-            for element in joint.findall("origin"):
-                joint.remove(element)
-            text = {"xyz": _text(back), "rpy": _text(_rpy(R.T))}
-            joint.append(Element("origin", text))
+            self._set_place(joint, -R.T @ xyz, R.T)
             for role, name in (("parent", child), ("child", parent)):
                 element = joint.find(role)
                 assert element is not None  # checked when the tree was read
                 element.set("link", name)
+
+    def _set_place(self, joint: Element, xyz: np.ndarray, R: np.ndarray) -> None:
+        for element in joint.findall("origin"):
+            joint.remove(element)
+        joint.append(origin(xyz, R))
 
     def text(self) -> bytes:
         """The tree as a file's content."""
         root = copy.deepcopy(self.root)
         ElementTree.indent(root)
         return ElementTree.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n"
+
+
+def origin(xyz: np.ndarray, R: np.ndarray) -> Element:
+    """An <origin> at a place (3,), m, with an orientation (3, 3)."""
+    return Element("origin", {"xyz": _text(xyz), "rpy": _text(_rpy(R))})
 
 
 def number(element: Element | None, key: str, default: float) -> float:
@@ -200,6 +223,13 @@ def triple(element: Element | None, key: str, default: tuple[float, ...]) -> tup
     except ValueError:
         return default
     return values if len(values) == 3 else default
+
+
+def rpy_of_z(axis: np.ndarray) -> tuple[float, float, float]:
+    """A roll and a pitch, rad, that turn z onto a unit axis (3,)."""
+    x, y, z = (float(part) for part in axis)
+    # The angles are extrinsic: R = Ry(pitch) Rx(roll).
+    return math.asin(min(max(-y, -1.0), 1.0)), math.atan2(x, z), 0.0
 
 
 def _text(values: np.ndarray) -> str:

@@ -1,4 +1,4 @@
-"""The text of a URDF: from a .urdf file, an expanded .xacro file, or the one such file of a folder."""
+"""The text of a URDF: from a .urdf, expanded .xacro or MJCF file, or the one file of a folder."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from skylimb.apps.robot_import.mapping import MappedRotor
 from skylimb.base.errors import DescriptionError, UnknownNameError
 from skylimb.base.sources import read_source
 from skylimb.base.xml_text import read_xml
@@ -26,11 +27,13 @@ class UrdfText:
         path: the file that the user named.
         content: the URDF, xacro expanded.
         packages: where packages lie, by name.
+        rotors: those that the file says beside the URDF.
     """
 
     path: Path
     content: bytes
     packages: Mapping[str, Path]
+    rotors: tuple[MappedRotor, ...] = ()
 
 
 def read_urdf_text(
@@ -39,7 +42,7 @@ def read_urdf_text(
     """The URDF that a user named.
 
     Args:
-        path: a .urdf or .xacro file, or a folder with one of them.
+        path: a .urdf, .xacro or MJCF file, or a folder with one of them.
         packages: a folder with the packages that `$(find NAME)` and `package://NAME` mean; those around the
             file are found anyway.
         arguments: values of the xacro's arguments, `<xacro:arg>`, by name.
@@ -55,9 +58,19 @@ def read_urdf_text(
     known = find_packages(*([Path(packages)] if packages is not None else []), source.path.parent)
     content = source.content
     try:
-        read_xml(content)
+        kind = read_xml(content).tag
     except ValueError as error:
         raise DescriptionError(f"'{path}' is no XML of a robot: {error}") from None
+    if kind == "sdf":
+        raise DescriptionError(
+            f"'{path}' is SDF, which is not read; take the robot's URDF, or convert it: "
+            f"sdf2mjcf {path.name} {path.stem}.xml (package sdformat-mjcf)"
+        )
+    if kind == "mujoco" and not arguments:
+        from skylimb.apps.robot_import.mjcf import read_mjcf  # the engine is slow to import
+
+        content, rotors = read_mjcf(source.path)
+        return UrdfText(source.path, content, known, rotors)
     if path.suffix.lower() == ".xacro" or b"xmlns:xacro" in content[:4000]:
         content = _expanded(source.path, known, arguments or {})
     elif arguments:

@@ -1,0 +1,147 @@
+"""MJCF files, read by MuJoCo: what comes out of them is held against MuJoCo's own bodies."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from skylimb.apps.robot_import.checking import check_robot_file
+from skylimb.base.errors import DescriptionError, SkylimbError
+from skylimb.base.rotations import rotation_from_quaternion
+from skylimb.robots.model import Robot
+
+SITES = "".join(
+    f'<site name="thrust{k}" pos="{x} {y} 0.05" zaxis="{0.1 * x} 0 1"/>'
+    for k, (x, y) in enumerate(((0.2, 0.2), (0.2, -0.2), (-0.2, -0.2), (-0.2, 0.2)), 1)
+)
+MOTORS = "".join(
+    f'<general name="motor{k}" site="thrust{k}" gear="0 0 1 0 0 {0.02 * (-1) ** k}" ctrlrange="0.2 13" '
+    'ctrllimited="true" dyntype="filter" dynprm="0.03"/>'
+    for k in range(1, 5)
+)
+QUAD = f"""<mujoco model="arm quad"><compiler angle="radian"/>
+<worldbody><geom type="plane" size="1 1 1"/>
+<body name="base" pos="0 0 1"><freejoint/><inertial pos="0.01 0 0" mass="1.3" diaginertia="0.02 0.03 0.04"/>
+<geom name="hull" type="box" size="0.1 0.08 0.03"/>{SITES}
+<body name="upper" pos="0 0 -0.05" euler="0.1 0.2 0.3">
+<joint name="shoulder" axis="0 1 0" pos="0.01 0 0.02" range="-1.5 1.5" damping="0.1" actuatorfrcrange="-4 4"/>
+<geom type="capsule" fromto="0 0 0 0.2 0 0" size="0.01" mass="0.1"/>
+<body name="lower" pos="0.2 0 0"><joint name="elbow" axis="0 1 0" range="-2 2"/>
+<geom type="cylinder" fromto="0 0 0 0.2 0 0" size="0.01" mass="0.05"/>
+<body name="finger" pos="0.2 0 0"><joint name="grip" type="slide" axis="1 0 0" range="0.01 0.05"/>
+<geom type="sphere" size="0.01" mass="0.01"/></body></body></body></body></worldbody>
+<actuator>{MOTORS}<position joint="elbow" kp="50" forcerange="-3 3" gear="2"/></actuator></mujoco>"""
+
+LOOP = '<equality><weld body1="lower" body2="base"/></equality>'
+MAPPING = 'joints = [{ name = "shoulder", role = "shape" }, { name = "elbow", role = "shape" }]\n'
+
+
+@pytest.fixture
+def quad(tmp_path: Path) -> Callable[..., Path]:
+    (tmp_path / "mapping.toml").write_text(MAPPING)
+
+    def write(*changes: tuple[str, str]) -> Path:
+        text = QUAD
+        for old, new in changes:
+            assert old in text
+            text = text.replace(old, new)
+        (tmp_path / "quad.xml").write_text(text)
+        return tmp_path / "quad.xml"
+
+    return write
+
+
+def test_bodies_stand_where_mujoco_puts_them(quad: Callable[..., Path]) -> None:
+    path = quad()
+    report = check_robot_file(path, mapping=path.with_name("mapping.toml"))
+    robot = Robot(report.description)
+    model = mujoco.MjModel.from_xml_path(str(path))
+    data = mujoco.MjData(model)
+    rng = np.random.default_rng(3)
+    base = model.body("base").id
+    for _ in range(5):
+        q = rng.uniform(-1.4, 1.4, 2)
+        # The sliding finger is held as near to zero as its range lets it.
+        data.qpos[7:] = [*q, 0.01]
+        mujoco.mj_forward(model, data)
+        R = rotation_from_quaternion(data.xquat[base])
+        poses = robot.link_poses(q, np.zeros(0))
+        for name in ("upper", "lower", "finger"):
+            body = model.body(name).id
+            np.testing.assert_allclose(poses[name][0], R.T @ (data.xpos[body] - data.xpos[base]), atol=1e-12)
+            turned = R.T @ rotation_from_quaternion(data.xquat[body])
+            np.testing.assert_allclose(poses[name][1], turned, atol=1e-12)
+        cog = R.T @ (data.subtree_com[base] - data.xpos[base])
+        np.testing.assert_allclose(np.ravel(robot.at(q, np.zeros(0)).cog_root), cog, atol=1e-12)
+        for k, rotor in enumerate(report.description.rotors, 1):
+            axis = R.T @ data.site(f"thrust{k}").xmat.reshape(3, 3)[:, 2]
+            np.testing.assert_allclose((poses[rotor.link][1] @ rotor.R)[:, 2], axis, atol=1e-12)
+    assert report.mass == pytest.approx(model.body_subtreemass[base], abs=1e-12)
+
+
+def test_rotors_and_servos_are_those_of_the_actuators(quad: Callable[..., Path]) -> None:
+    path = quad()
+    report = check_robot_file(path, mapping=path.with_name("mapping.toml"))
+    assert report.can_hover, report.reasons
+    rotors = report.description.rotors
+    assert [(rotor.thrust_min, rotor.thrust_max, rotor.lag) for rotor in rotors] == [(0.2, 13.0, 0.03)] * 4
+    # The torque on the body is against the spin.
+    assert [rotor.drag_torque_coefficient for rotor in rotors] == [-0.02, 0.02, -0.02, 0.02]
+    assert [rotor.spin for rotor in rotors] == [1, -1, 1, -1]
+    assert report.description.joint("shoulder").effort == 4.0
+    assert report.description.joint("elbow").effort == 6.0
+    assert "greatest thrust" not in {doubt.what for doubt in report.doubts}
+
+
+def test_shapes_are_those_that_mujoco_compiles(quad: Callable[..., Path]) -> None:
+    shapes = {link.name: link.collisions for link in check_robot_file(quad()).description.links}
+    assert [(one.shape, one.size) for one in shapes["base"]] == [("box", (0.2, 0.16, 0.06))]
+    (capsule,) = shapes["upper"]  # with its round ends
+    assert (capsule.shape, np.round(capsule.size, 9).tolist()) == ("cylinder", [0.01, 0.22])
+    np.testing.assert_allclose(capsule.xyz, [0.1, 0.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(np.abs(capsule.R[:, 2]), [1.0, 0.0, 0.0], atol=1e-12)
+
+
+def test_a_coupled_joint_is_held_where_its_coupling_puts_it(quad: Callable[..., Path]) -> None:
+    coupled = '<equality><joint joint1="elbow" joint2="shoulder" polycoef="0.3 1 0 0 0"/></equality>'
+    path = quad(("</worldbody>", f"</worldbody>{coupled}"))
+    path.with_name("mapping.toml").write_text('joints = [{ name = "shoulder", role = "shape" }]')
+    report = check_robot_file(path, mapping=path.with_name("mapping.toml"))
+    assert "held at 0.3" in " ".join(map(str, report.doubts))
+    turned = report.description.joint("elbow").R
+    np.testing.assert_allclose(turned[:, 0], [np.cos(0.3), 0.0, -np.sin(0.3)], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("<freejoint/>", "<freejoint"), "is no XML of a robot"),
+        (('type="box"', 'type="cube"'), "MuJoCo cannot read 'quad.xml'"),
+        (('type="slide" axis="1 0 0" range="0.01 0.05"', 'type="ball"'), "neither turns"),
+        (("</worldbody>", f"</worldbody>{LOOP}"), "closes a loop"),
+        (("</worldbody>", '<body name="two"><freejoint/><geom size=".1"/></body></worldbody>'), "base, two"),
+        ((QUAD, "<mujoco/>"), "found: none"),
+    ],
+)  # fmt: skip
+def test_what_is_no_such_robot_is_refused_in_a_line(
+    quad: Callable[..., Path], change: tuple[str, str], words: str
+) -> None:
+    path = quad(change)
+    with pytest.raises(DescriptionError, match=words) as caught:
+        check_robot_file(path)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("end", range(0, len(QUAD), 97))
+def test_a_file_that_ends_early_is_refused(quad: Callable[..., Path], end: int) -> None:
+    path = quad((QUAD, QUAD[:end]))
+    with pytest.raises(SkylimbError):
+        check_robot_file(path)
+
+
+def test_sdf_is_refused_with_what_converts_it(tmp_path: Path) -> None:
+    (tmp_path / "quad.sdf").write_text('<sdf version="1.9"><model name="quad"/></sdf>')
+    with pytest.raises(DescriptionError, match=r"is SDF.*sdf2mjcf quad\.sdf quad\.xml"):
+        check_robot_file(tmp_path / "quad.sdf")
