@@ -33,11 +33,12 @@ export class Charts {
     this.search.addEventListener("keydown", ({ key }) => { if (key === "Escape") { this.search.value = ""; this.#list(); } });
     holder.append(element("div", { class: "choose" }, this.search, this.into, this.follow, this.found), this.grid);
     new ResizeObserver(() => this.#resize()).observe(holder);
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.flights && this.begin(this.flights, this.layout));
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.flights && this.begin(this.flights, this.layout, this.period));
   }
 
-  begin(flights, layout) {
-    Object.assign(this, { flights, layout });
+  /** The flights of a scene; a number is of the moment at which the last tick began, as in the log. */
+  begin(flights, layout, period) {
+    Object.assign(this, { flights, layout, period });
     for (const { plot } of this.charts) plot.destroy();
     this.grid.replaceChildren();
     const titles = [...new Set(flights.flatMap(({ panels }) => panels.map((panel) => panel.title)))];
@@ -91,7 +92,7 @@ export class Charts {
 
   #remember() {
     sessionStorage.setItem(KEPT, JSON.stringify(this.chosen));
-    this.begin(this.flights, this.layout);
+    this.begin(this.flights, this.layout, this.period);
   }
 
   /** Change what was chosen of a chart. */
@@ -185,7 +186,7 @@ export class Charts {
     // What is looked at is in the middle, where it is too old to be seen beside what flies now.
     const latest = Math.min(this.past.end, this.looking === null ? Infinity : Math.max(this.looking + SPAN / 2, start + SPAN));
     const [begin, end] = this.zoomed ?? [Math.max(0, Math.min(start, latest - 5), latest - SPAN), latest];
-    const rows = frames.slice(this.past.index(begin), this.past.index(end) + 1), times = rows.map((frame) => frame[0]);
+    const rows = frames.slice(this.past.index(begin), this.past.index(end) + 1), times = rows.map((frame) => Number((frame[0] - this.period).toFixed(4)));
     for (const { plot, curves, holder } of this.charts) {
       if (!this.#seen(holder)) continue;
       const data = curves.map(({ at }) => rows.map((frame) => (Number.isFinite(frame[at]) ? frame[at] : null)));

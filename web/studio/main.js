@@ -126,7 +126,7 @@ class Studio {
     this.#show(figures, names !== this.names);
     Object.assign(this, { figures, number, names, looking: null });
     this.past.clear();
-    this.charts.begin(flights, layout);
+    this.charts.begin(flights, layout, scene.period);
     this.controls.show(controls, flights.map(({ name }) => name));
     this.poke.begin(linksOf(flights[0]));
     this.surfaceTool.begin(controls);

@@ -64,8 +64,8 @@ def _kinematics_function(
     nq: int,
     nv: int,
     built: bool,
-) -> tuple[ca.Function, Layout[Kinematics]]:
-    """The kinematics over `_BLOCK` ticks; `built` as machine code, where there is a compiler."""
+) -> tuple[ca.Function, ca.Function, Layout[Kinematics]]:
+    """The kinematics of a tick and of `_BLOCK` ticks; these `built` as machine code, where that can be."""
     qpos, qvel, axis = ca.SX.sym("qpos", nq), ca.SX.sym("qvel", nv), ca.SX.sym("axis", 3)
     q, psi = qpos[list(joint_qpos)], qpos[list(vectoring_qpos)]
     # A free joint has seven positions and six velocities.
@@ -93,8 +93,8 @@ def _kinematics_function(
     if built:
         with suppress(CompileError):
             library = built_library("native", "kinematics", c_source(block))
-            return ca.external(block.name(), str(library)), layout
-    return block, layout
+            return function, ca.external(block.name(), str(library)), layout
+    return function, block, layout
 
 
 def _over_ticks(block: ca.Function, *columns: np.ndarray) -> np.ndarray:
@@ -120,18 +120,32 @@ def _over_ticks(block: ca.Function, *columns: np.ndarray) -> np.ndarray:
     return table[:count]
 
 
+def _kinematics(plant: Plant) -> tuple[ca.Function, ca.Function, Layout[Kinematics]]:
+    model = plant.model
+    # Every other robot would be built for one flight alone, which takes longer than it saves.
+    built = plant.as_described
+    return _kinematics_function(
+        plant.robot, plant.joint_qpos, plant.vectoring_qpos, int(model.nq), int(model.nv), built
+    )
+
+
+def kinematics_at(plant: Plant, qpos: np.ndarray, qvel: np.ndarray, axis: np.ndarray) -> Kinematics:
+    """Exact kinematics of one moment.
+
+    Args:
+        plant: what flies.
+        qpos: positions of the scene's joints.
+        qvel: their velocities.
+        axis: of the contact, W.
+    """
+    function, _, layout = _kinematics(plant)
+    row = np.asarray(function(qpos, qvel, axis)).ravel()
+    return Kinematics(*(row[layout.slices[name]].reshape(layout.shapes[name]) for name in Kinematics._fields))
+
+
 def flight_kinematics(plant: Plant, flight: Flight, mission: Mission) -> Kinematics:
     """Exact kinematics at every tick of a flight; every entry has the ticks as first dimension."""
-    model = plant.model
-    function, layout = _kinematics_function(
-        plant.robot,
-        plant.joint_qpos,
-        plant.vectoring_qpos,
-        int(model.nq),
-        int(model.nv),
-        # Every other robot would be built for one flight alone, which takes longer than it saves.
-        plant.as_described,
-    )
+    _, function, layout = _kinematics(plant)
     qpos, qvel = flight.signal("configuration"), flight.signal("configuration_velocity")
     axes = mission.reference.contact_axis[: flight.ticks]
     table = _over_ticks(function, qpos, qvel, axes)

@@ -8,8 +8,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
+from numpy.lib.stride_tricks import sliding_window_view
 
-from skylimb.analysis.scores.signals import around, contact_axis, samples_within, sliding_axes
+from skylimb.analysis.scores.signals import contact_axis, samples_within, sliding_axes
 from skylimb.analysis.scores.task import tools_of
 from skylimb.analysis.viewer.packing import packed
 
@@ -123,5 +124,7 @@ def _entries(log: xr.Dataset, signal: str, role: str) -> list[Curve]:
 
 
 def smoothed(log: xr.Dataset, values: np.ndarray) -> np.ndarray:
-    """Values, (k, ...), averaged over `SMOOTHING`."""
-    return around(values, samples_within(log.time.values, SMOOTHING)).mean(axis=-1)
+    """Values, (k, ...), averaged over the last `SMOOTHING`, as a live flight shows them."""
+    count = samples_within(log.time.values, SMOOTHING)
+    first = np.repeat(values[:1], count - 1, axis=0)
+    return sliding_window_view(np.concatenate([first, values]), count, axis=0).mean(axis=-1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,22 +20,19 @@ class Moment(NamedTuple):
     """What the curves are made from.
 
     Attributes:
-        signals: of the last tick, by name.
+        signals: of the last tick, by their names in the log.
         force: contact force on the robot, smoothed, W, N.
         estimate: the external force as the controller knows it, smoothed, W, N; NaN without one.
-        cog: true centre of gravity, W, m.
-        tip: true place of the tip, W, m.
-        reference: position of the centre of gravity that the mission asks for, W, m.
-        path: place of the tip that the mission asks for, W, m.
     """
 
     signals: dict[str, np.ndarray]
     force: np.ndarray
     estimate: np.ndarray
-    cog: np.ndarray
-    tip: np.ndarray
-    reference: np.ndarray
-    path: np.ndarray
+
+    def apart(self, name: str, axis: np.ndarray) -> float:
+        """How far something is from its reference along an axis, mm."""
+        off = self.signals[f"{name}_position"] - self.signals[f"{name}_position_reference"]
+        return 1e3 * float(off @ axis)
 
 
 class Curve(NamedTuple):
@@ -72,13 +69,9 @@ def panels_of(flight: LiveFlight, axes: Sequence[Direction]) -> list[Panel]:
     """
     slices = flight.slices
     along = [
-        Curve(f"along {axis}", "truth", lambda m, a=axis.vector: 1e3 * float((m.tip - m.path) @ a))
-        for axis in axes[:-1]
+        Curve(f"along {axis}", "truth", lambda m, a=axis.vector: m.apart("tip", a)) for axis in axes[:-1]
     ]
-    errors = [
-        Curve(f"along {axis}", "truth", lambda m, a=axis.vector: 1e3 * float((m.cog - m.reference) @ a))
-        for axis in axes
-    ]
+    errors = [Curve(f"along {axis}", "truth", lambda m, a=axis.vector: m.apart("cog", a)) for axis in axes]
     toward = axes[-1].vector
     force = [Curve("true", "truth", lambda m: -float(m.force @ toward))]
     if "external_force_estimate" in slices:
@@ -103,8 +96,8 @@ def panels_of(flight: LiveFlight, axes: Sequence[Direction]) -> list[Panel]:
     ]
 
 
-def described_signals(flight: LiveFlight) -> list[dict[str, Any]]:
-    """All signals of a flight's rows, under the names of the log.
+def described_signals(flight: LiveFlight, implied: Mapping[str, np.ndarray]) -> list[dict[str, Any]]:
+    """All signals of a flight, recorded and implied ones, under the names of the log.
 
     Returns:
         For each: `name`, `unit`, `meaning`, `labels` of its entries, and the `column` of the first one.
@@ -118,11 +111,11 @@ def described_signals(flight: LiveFlight) -> list[dict[str, Any]]:
         "joint": description.shape_joints,
         "vectoring": description.vectoring_joints,
     }
-    found = []
-    for name, part in flight.slices.items():
+    found, column = [], 0
+    recorded = {name: part.stop - part.start for name, part in flight.slices.items()}
+    for name, width in {**recorded, **{name: len(values) for name, values in implied.items()}}.items():
         known, own = SIGNALS.get(name), declared.get(name, Signal())
         unit, meaning = (known.units, known.long_name) if known else (own.unit, own.meaning)
-        width = part.stop - part.start
         labels = list(entries.get(known.dims[0], ())) if known and known.dims else []
         labels = labels if len(labels) == width else [str(k + 1) for k in range(width)]
         found.append(
@@ -131,9 +124,10 @@ def described_signals(flight: LiveFlight) -> list[dict[str, Any]]:
                 "unit": unit,
                 "meaning": meaning,
                 "labels": labels if width > 1 else [""],
-                "column": part.start,
+                "column": column,
             }
         )
+        column += width
     return found
 
 

@@ -12,16 +12,14 @@ from skylimb.analysis.scores.signals import direction
 from skylimb.analysis.viewer.believed import believed_frame
 from skylimb.analysis.viewer.packing import packed
 from skylimb.analysis.viewer.shapes import OUT_OF_SIGHT, meshes, shapes_with_surface, thrust_sites
+from skylimb.analysis.viewer.signals import SMOOTHING
 from skylimb.apps.studio.curves import Moment, described_signals, panels_of
+from skylimb.apps.studio.implied import implied_signals
 from skylimb.apps.studio.live_flight import LiveFlight
 from skylimb.base.rotations import quaternion_from_rotation
-from skylimb.simulation.robot_bodies import TIP_SITE
 from skylimb.simulation.surface_state import state_of
 from skylimb.simulation.surfaces.geom import BODY
 from skylimb.simulation.surfaces.placement import surface_rotation
-
-SMOOTHING = 0.1
-"""Forces are averaged over this time, s: single ticks are noise to the eye."""
 
 FLYING, ENDED, LOST = 0, 1, 2
 """State of a flight in a frame: it flies, came to its mission's end, or is lost."""
@@ -44,8 +42,8 @@ class FlightView:
         takeoff = flight.takeoff
         self._model = load_model(takeoff.plant.scene, _PICTURE)
         self._data = mujoco.MjData(self._model)
-        self._tip = self._model.site(TIP_SITE).id
-        self._root = self._model.body(takeoff.robot.description.root).id
+        recorded = {name: flight.recent[-1, part] for name, part in flight.slices.items()}
+        self._implied = implied_signals(flight, flight.ticks, recorded)
         self._smoothed = max(1, round(SMOOTHING / takeoff.period))
         frame = takeoff.mission.frame
         named = ((frame.sliding_u, "u"), (frame.sliding_v, "v"), (frame.contact, "n"))
@@ -86,7 +84,7 @@ class FlightView:
                 described["size"],
             ),
             "panels": [panel.described(int(k)) for panel, k in zip(self._panels, columns, strict=False)],
-            "signals": described_signals(self._flight),
+            "signals": described_signals(self._flight, self._implied),
         }
 
     def _surface_pose(self, tick: int) -> tuple[np.ndarray, bool]:
@@ -106,26 +104,18 @@ class FlightView:
         flight = self._flight
         ticks = flight.ticks if ticks is None else min(ticks, flight.ticks)
         rows, slices = flight.recent[:ticks], flight.slices
-        signals = {name: rows[-1, part] for name, part in slices.items()}
+        recorded = {name: rows[-1, part] for name, part in slices.items()}
+        implied = implied_signals(flight, ticks, recorded)
+        signals = {**recorded, **implied}
         data = self._data
         data.qpos[:] = signals["configuration"]
         mujoco.mj_kinematics(self._model, data)
-        mujoco.mj_comPos(self._model, data)
         recent = rows[-self._smoothed :]
         force = recent[:, slices["contact_force"]].mean(axis=0)
         estimate = np.full(3, np.nan)
         if "external_force_estimate" in slices:
             estimate = recent[:, slices["external_force_estimate"]].mean(axis=0)
-        mission, at = flight.takeoff.mission, flight.mission_tick(ticks)
-        moment = Moment(
-            signals,
-            force,
-            estimate,
-            data.subtree_com[self._root],
-            data.site_xpos[self._tip],
-            mission.reference.position[at],
-            mission.reference.tip_position[at],
-        )
+        moment = Moment(signals, force, estimate)
         pose, present = self._surface_pose(ticks - 1)
         over = flight.over and ticks == flight.ticks
         state = FLYING if not over else LOST if flight.flight().cause else ENDED
@@ -140,13 +130,13 @@ class FlightView:
             "state": np.array([float(state)]),
             "poses": poses.ravel(),
             "thrusts": signals["thrusts"],
-            "tip": data.site_xpos[self._tip],
+            "tip": signals["tip_position"],
             "force": force,
             "surface": pose,
             "present": np.array([float(present)]),
             "touching": signals["contact_duty"],
             "curves": np.array(curves),
-            "signals": rows[-1],
+            "signals": np.concatenate([rows[-1], *implied.values()]),
         }
 
     def _nominal(self) -> dict[str, Any]:

@@ -10,8 +10,10 @@ import numpy as np
 
 from skylimb.analysis.exchange.recorder import FlightRecorder
 from skylimb.apps.studio.changes import alike_until, as_of
-from skylimb.control.loop.flight import Flight, mission_ticks
+from skylimb.control.loop.flight import Flight, mission_clock
 from skylimb.control.loop.loop import Loop
+from skylimb.control.missions.clock import Clock
+from skylimb.control.missions.mission import Mission
 from skylimb.flight.drivers.compiled import CompiledDriver, Saved
 from skylimb.flight.drivers.hooks import Hook, bound_places, pushing, standing, with_own_model, writing
 from skylimb.flight.drivers.world import World
@@ -124,11 +126,11 @@ class LiveFlight:
         """Where each signal stands in a row."""
         return self._driver.layout.slices
 
-    def mission_tick(self, ticks: int) -> int:
-        """Where the flight is on the mission's clock after some ticks, in whole ticks."""
-        flight = Flight(self._driver.log, self._driver.layout, ticks, "")
-        here = mission_ticks(self.takeoff.mission, flight, ticks - 1)
-        return min(int(here[0]), len(self.takeoff.mission.times) - 1)
+    def asked(self, ticks: int) -> Mission:
+        """The mission at the last of some ticks, as it was flown; every entry has one row."""
+        flight, mission = Flight(self._driver.log, self._driver.layout, ticks, ""), self.takeoff.mission
+        clock = mission_clock(mission, flight)
+        return mission.along(Clock(clock.ticks[-1:], clock.pace[-1:]))
 
     def tick(self) -> bool:
         """Fly one tick; false once the flight is over.

@@ -388,7 +388,7 @@ def test_a_signal_of_the_log_is_charted_zoomed_and_exported(page: sync_api.Page,
     for row in (rows[0], rows[len(rows) // 2]):
         time_, *thrusts = map(float, row.split(","))
         tick = round(time_ / studio.session.live.period)
-        np.testing.assert_allclose(thrusts, commands[tick - 1], rtol=1e-6)
+        np.testing.assert_allclose(thrusts, commands[tick], rtol=1e-6)
     with page.expect_download() as told:
         chart.get_by_role("button", name="as a picture").click()
     assert told.value.path().read_bytes().startswith(b"\x89PNG")

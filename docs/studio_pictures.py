@@ -1,0 +1,121 @@
+"""Photograph the studio: the pictures of the guide, each size in light and dark.
+
+    python docs/studio_pictures.py
+
+One flight of `paper` is flown to its circle, pushed, and held there; every page shows that moment. Needs the
+extra `dev` (Playwright's client) and a Chromium.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from PIL import Image
+from playwright import sync_api
+
+SIZES = ((1400, 900), (1920, 1080), (390, 844))
+SCHEMES = ("light", "dark")
+MOMENT = 17.0
+"""Of the flight, s: the pen draws."""
+PATIENCE = 120_000
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+ARGUMENTS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+
+
+def photograph(out: Path, controllers: list[str], most: int) -> int:
+    """Fly, look, write; the number of bytes.
+
+    Raises:
+        SystemExit: when there is no browser, or the pictures have more than `most` bytes together.
+    """
+    browser = next(filter(None, map(shutil.which, BROWSERS)), None)
+    if browser is None:
+        raise SystemExit(f"studio_pictures.py: none of {', '.join(BROWSERS)} is installed")
+    out.mkdir(parents=True, exist_ok=True)
+    with sync_api.sync_playwright() as playwright, tempfile.TemporaryDirectory() as folder:
+        command = [sys.executable, "-m", "skylimb", "studio", "paper", "--no-browser", "--out", folder]
+        process = subprocess.Popen(
+            [*command, *(["--controller", *controllers] if controllers else [])],
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        assert process.stdout is not None
+        url = process.stdout.readline().split()[2]
+        chromium = playwright.chromium.launch(executable_path=browser, args=ARGUMENTS)
+        try:
+            _fly(chromium, url)
+            paths = [_shot(chromium, url, size, scheme, out) for size in SIZES for scheme in SCHEMES]
+        finally:
+            chromium.close()
+            process.terminate()
+            process.wait(timeout=60)
+    size = sum(path.stat().st_size for path in paths)
+    if size > most:
+        raise SystemExit(f"studio_pictures.py: {1e-6 * size:.1f} MB, more than {1e-6 * most:g} MB")
+    return size
+
+
+def _fly(chromium: sync_api.Browser, url: str) -> None:
+    """Bring the flight to its moment, with a push on the way, and hold it there."""
+    page = chromium.new_page()
+    page.goto(url)
+    page.wait_for_selector("body[data-ready]", timeout=PATIENCE)
+    _until(page, "skylimbStudio.past.end > 3")
+    page.get_by_role("tab", name="Poke").click()
+    hold = page.get_by_role("button", name="Hold to poke")
+    hold.focus()
+    page.keyboard.down("Space")
+    page.wait_for_timeout(500)
+    page.keyboard.up("Space")
+    _until(page, f"skylimbStudio.past.end > {MOMENT}")
+    page.get_by_role("button", name="Pause").click()
+    _until(page, "skylimbStudio.state.paused")
+    page.close()
+
+
+def _shot(chromium: sync_api.Browser, url: str, size: tuple[int, int], scheme: str, out: Path) -> Path:
+    viewport: sync_api.ViewportSize = {"width": size[0], "height": size[1]}
+    context = chromium.new_context(viewport=viewport, color_scheme="dark" if scheme == "dark" else "light")
+    page = context.new_page()
+    page.goto(url)
+    page.wait_for_selector("body[data-ready]", timeout=PATIENCE)
+    page.get_by_role("button", name="Take over").click()
+    page.get_by_role("button", name="Got it").click()
+    page.wait_for_timeout(3000)  # drawn finely, once nothing moves
+    shot = Image.open(io.BytesIO(page.screenshot(type="png", animations="disabled"))).convert("RGB")
+    context.close()
+    path = out / f"{size[0]}x{size[1]}-{scheme}.webp"
+    shot.save(path, quality=78, method=6)
+    return path
+
+
+def _until(page: sync_api.Page, true: str) -> None:
+    end = time.monotonic() + PATIENCE / 1000
+    while not page.evaluate(true):
+        if time.monotonic() > end:
+            raise SystemExit(f"studio_pictures.py: waited in vain for {true}")
+        time.sleep(0.01)
+
+
+def main() -> None:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--out", type=Path, default=Path("docs/images/studio"))
+    parser.add_argument("--controller", nargs="*", default=[], help="to be flown beside each other")
+    parser.add_argument("--most", type=int, default=2_000_000, metavar="BYTES")
+    given = parser.parse_args()
+    size = photograph(given.out, given.controller, given.most)
+    print(f"{given.out}: {1e-6 * size:.2f} MB")
+
+
+if __name__ == "__main__":
+    main()
