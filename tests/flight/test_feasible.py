@@ -18,6 +18,8 @@ from skylimb.flight.feasible import _refused_hover
 from skylimb.flight.takeoff import take_off
 from skylimb.robots.equilibrium import can_hold
 from skylimb.robots.equilibrium_results import NotHeld, Within
+from skylimb.robots.loader import read_description
+from skylimb.robots.model import Robot
 from skylimb.robots.touch import can_touch
 
 FORCE = "controller.translation.force"
@@ -85,15 +87,23 @@ def heavy_in_front(folder: Path, load: float) -> Path:
 
 
 def test_what_the_check_passes_takes_off_and_what_it_refuses_is_refused_in_the_same_words(tmp_path: Path):
-    """Least-norm thrusts of six rotors leave their limits long before all thrusts do."""
+    """Least-norm thrusts of six rotors leave their limits before all thrusts do; others are taken then."""
     passed, heavier = heavy_in_front(tmp_path / "passed", 0.6), heavy_in_front(tmp_path / "heavier", 1.6)
+    assert Robot(read_description(passed)).at([], []).hover_thrusts.min() < 0.0
     robot = skylimb.load_robot(str(passed))
-    assert robot.at([], []).hover_thrusts.min() < 0.0
+    state, (low, high) = robot.at([], []), robot.thrust_limits()
+    assert np.all(state.hover_thrusts > low)
+    assert np.all(state.hover_thrusts < high)
+    wrench = state.allocation_C @ state.hover_thrusts
+    np.testing.assert_allclose(wrench, [0, 0, robot.weight, 0, 0, 0], atol=1e-6 * robot.weight)
     report = check_robot_file(passed)
     assert report.can_hover
-    assert any("other thrusts than the least-norm ones" in doubt.value for doubt in report.doubts)
-    with pytest.warns(UserWarning, match="hovers, but not with least-norm thrusts"):
-        assert take_off("free_flight", ("pid",), set={"robot": str(passed.parent), "posture.waypoints": []})
+    assert not any("least-norm" in doubt.value for doubt in report.doubts)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        given = {"robot": str(passed.parent), "posture.waypoints": [], "stop_at": 6.0}
+        run = skylimb.run("free_flight", controller="pid", set=given)
+    assert run.status == "STOPPED"
     report = check_robot_file(heavier)
     assert not report.can_hover
     with pytest.raises(AllocationError, match="'made' cannot hover: the greatest thrust of") as caught:

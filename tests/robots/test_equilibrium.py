@@ -16,7 +16,7 @@ from skylimb.control.planning.posture import posture_family
 from skylimb.control.planning.vectoring import vectoring_table
 from skylimb.robots.equilibrium import can_hold, greatest_push
 from skylimb.robots.equilibrium_results import LEVEL, TILT, Held, NotHeld, Within
-from skylimb.robots.loader import list_robots, load_robot
+from skylimb.robots.loader import list_robots, load_robot, read_description
 from skylimb.robots.model import Robot
 
 # Pinocchio fills its module at run time, where a type checker cannot look.
@@ -287,7 +287,7 @@ def heavy_in_front(folder: Path) -> Robot:
     front += '<joint name="hold" type="fixed"><parent link="base"/><child link="load"/>'
     front += '<origin xyz="0.45 0 0"/></joint></robot>'
     urdf.write_text(urdf.read_text().replace("</robot>", front))
-    return load_robot(path)
+    return Robot(read_description(path))  # as it is described, without thrusts chosen for it
 
 
 @pytest.fixture

@@ -218,6 +218,7 @@ class RobotDescription(_Fixed):
         sources: the flight TOML and the URDF as they were read.
         gravity: of the place where it flies, m/s^2.
         imu_mount: where the file says that the IMU is; None where it does not (`imu`).
+        preferred_thrusts: that hover comes nearest to, N, (n,); None for the least (`flight_check.bounded`).
     """
 
     name: str
@@ -239,6 +240,7 @@ class RobotDescription(_Fixed):
     sources: tuple[Source, ...] = ()
     gravity: float = GRAVITY
     imu_mount: Mount | None = None
+    preferred_thrusts: np.ndarray | None = None
 
     @property
     def imu(self) -> Mount:

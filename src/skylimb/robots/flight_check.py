@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from skylimb.base.errors import AllocationError, DescriptionError
@@ -86,6 +88,19 @@ def check_few_rotors(robot: Robot) -> None:
         f"{who}; it hovers, and thrusts with vectoring angles hold every axis, but the control laws command "
         f"lift and torques by thrusts alone, which do not give {not_given(thrusts)}"
     )
+
+
+def bounded(robot: Robot) -> Robot:
+    """The robot with hover thrusts within their limits, where those of the least norm are not.
+
+    With more than four rotors thrusts can be chosen: then those of the steadiest hover in the nominal posture
+    are preferred. A robot with vectoring joints chooses angles instead, and stays as it is.
+    """
+    q = robot.nominal_posture()
+    if robot.n_rotors <= 4 or robot.n_vectoring or _hovers_at(robot, q, np.zeros(0)):
+        return robot
+    hover = find_hover(robot, q)
+    return Robot(replace(robot.description, preferred_thrusts=hover.thrusts)) if hover else robot
 
 
 def least_norm_hover(robot: Robot, hover: Held) -> bool:

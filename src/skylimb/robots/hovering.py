@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import casadi as ca
+import numpy as np
 
 Array = Any
 """A CasADi matrix."""
@@ -24,7 +25,11 @@ class Hovering(NamedTuple):
 
 
 def hovering_frame(
-    axes: Sequence[Array], points: Sequence[Array], drag: Sequence[float], weight: float
+    axes: Sequence[Array],
+    points: Sequence[Array],
+    drag: Sequence[float],
+    weight: float,
+    preferred: np.ndarray | None = None,
 ) -> Hovering:
     """Turn {C} by roll and pitch until the net force of the hover thrusts lies along its z axis.
 
@@ -36,6 +41,7 @@ def hovering_frame(
         points: where each acts, from the centre of gravity, root axes, m.
         drag: signed kappa_i of eq:allocation for torque, m.
         weight: m g, N.
+        preferred: of more than four rotors the thrusts (n,) that the hover's come nearest to, N; none: zero.
     """
     n = len(axes)
     torques = [ca.cross(p, u) + kappa * u for u, p, kappa in zip(axes, points, drag, strict=True)]
@@ -50,10 +56,10 @@ def hovering_frame(
         return Hovering(R, ca.vertcat(R.T @ Q_t, R.T @ Q_r), thrusts)
     z_axis = ca.SX([0.0, 0.0, 1.0])
     for _ in range(_TURNS):
-        force = Q_t @ _least_norm(z_axis.T @ Q_t, Q_r, weight)
+        force = Q_t @ _nearest(z_axis.T @ Q_t, Q_r, weight, preferred)
         z_axis = force / ca.sqrt(ca.sumsqr(force))
     R = _roll_pitch(z_axis)
-    return Hovering(R, ca.vertcat(R.T @ Q_t, R.T @ Q_r), _least_norm(z_axis.T @ Q_t, Q_r, weight))
+    return Hovering(R, ca.vertcat(R.T @ Q_t, R.T @ Q_r), _nearest(z_axis.T @ Q_t, Q_r, weight, preferred))
 
 
 def _torque_free_direction(Q_r: Array) -> Array:
@@ -67,9 +73,11 @@ def _torque_free_direction(Q_r: Array) -> Array:
     return ca.vertcat(minors[0], -minors[1], minors[2], -minors[3])
 
 
-def _least_norm(Q_tz: Array, Q_r: Array, weight: float) -> Array:
-    A = ca.vertcat(Q_tz, Q_r)
-    return A.T @ (ca.inv_minor(A @ A.T) @ ca.SX([weight, 0.0, 0.0, 0.0]))
+def _nearest(Q_tz: Array, Q_r: Array, weight: float, preferred: np.ndarray | None) -> Array:
+    A, wanted = ca.vertcat(Q_tz, Q_r), ca.SX([weight, 0.0, 0.0, 0.0])
+    if preferred is None:
+        return A.T @ (ca.inv_minor(A @ A.T) @ wanted)
+    return preferred + A.T @ (ca.inv_minor(A @ A.T) @ (wanted - A @ preferred))
 
 
 def _roll_pitch(z_axis: Array) -> Array:

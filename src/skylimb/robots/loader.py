@@ -15,7 +15,7 @@ from skylimb.base.errors import ConfigError, DescriptionError, UnreadableError, 
 from skylimb.base.rotations import rotation_from_rpy
 from skylimb.base.sources import Source, read_source
 from skylimb.robots.description import GRAVITY, NO_SERVO, Mount, PostureFamily, RobotDescription, Rotor, Tip
-from skylimb.robots.flight_check import check_robot
+from skylimb.robots.flight_check import bounded, check_robot
 from skylimb.robots.flight_file import (
     FlightFile,
     PostureSection,
@@ -74,7 +74,7 @@ def load_flight_file(name_or_path: str | Path) -> FlightFile:
 def _load_unchanged(flight: Source, urdf: Source, gravity: float) -> Robot:
     robot = Robot(dataclasses.replace(_describe(flight, urdf), gravity=gravity))
     check_robot(robot)
-    return robot
+    return bounded(robot)
 
 
 def read_description(name_or_path: str | Path) -> RobotDescription:

@@ -281,7 +281,9 @@ class Robot:
         cog, inertia = composite(self.bodies, poses)
         thrust_axes, thrust_points = self._thrust_lines(poses, cog)
         drag = [rotor.drag_torque_coefficient for rotor in self.description.rotors]
-        hover = hovering_frame(thrust_axes, thrust_points, drag, self.weight)
+        hover = hovering_frame(
+            thrust_axes, thrust_points, drag, self.weight, self.description.preferred_thrusts
+        )
         tip, R_tip = self._place(poses, self.description.tip.link, self.description.tip.position)
         R = hover.R_root_C
         return RobotState(

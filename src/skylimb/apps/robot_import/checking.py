@@ -26,6 +26,7 @@ from skylimb.base.sources import Source
 from skylimb.control.planning.posture import posture_family
 from skylimb.robots.description import Inertial, RobotDescription
 from skylimb.robots.flight_check import (
+    bounded,
     check_few_rotors,
     check_moving_bodies,
     check_robot,
@@ -196,6 +197,7 @@ def _report(path: Path, description: RobotDescription, mass_in: float, doubts: l
     if not any(doubt.fatal for doubt in found):
         robot = Robot(description)
         found += _faults(lambda: check_moving_bodies(robot), "a moving body")
+        robot = bounded(robot)
         acting = actuation(robot)
         found += _flight_doubts(robot, acting)
         try:
