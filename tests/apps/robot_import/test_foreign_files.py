@@ -196,3 +196,44 @@ def test_a_joint_that_cannot_be_at_zero_is_held_within_its_limits(tmp_path: Path
     place = data.oMf[model.getFrameId("main")]
     found = Robot(report.description).at(np.zeros(0), np.zeros(4)).cog_root
     np.testing.assert_allclose(np.ravel(found), place.actInv(cog), atol=1e-12)
+
+
+def test_equal_doubts_are_one_that_names_what_it_is_about(tmp_path: Path) -> None:
+    limit = 'lower="-1" upper="1" effort="1" velocity="1"'
+    extra = "".join(
+        link(f"tip{k}", 0.001)
+        + MOVING.format(
+            name=f"finger{k}",
+            kind="revolute",
+            parent="main",
+            child=f"tip{k}",
+            xyz="0 0 0",
+            axis="0 0 1",
+            limit=limit,
+        )
+        for k in range(20)
+    )
+    (tmp_path / "quad.urdf").write_text(lab_urdf(extra=extra))
+    doubts = check_robot_file(tmp_path / "quad.urdf").doubts
+    (found,) = [doubt for doubt in doubts if "finger0" in doubt.what]
+    assert found.what == "joint 'finger0' and 19 more"
+    assert "taken as locked" in found.value
+
+
+def test_servos_that_differ_or_are_assumed_are_said(tmp_path: Path) -> None:
+    extra = "".join(
+        link(f"a{k}", 0.05, gyration=0.02)
+        + MOVING.format(
+            name=f"joint{k}", kind="revolute", parent=f"a{k - 1}" if k > 1 else "main", child=f"a{k}",
+            xyz="0.1 0 0", axis="0 1 0", limit=f'lower="-1" upper="1" effort="{5 - k}" velocity="2"',
+        )
+        for k in (1, 2, 3)
+    )  # fmt: skip
+    (tmp_path / "quad.urdf").write_text(lab_urdf(extra=extra))
+    report = check_robot_file(tmp_path / "quad.urdf")
+    said = {doubt.what: doubt.value for doubt in report.doubts}
+    assert "2 .. 4 N m" in said["effort limit of joints"]
+    assert "velocity limit of joints" not in said
+    assert "50 N m/rad and 2 N m s/rad are assumed" in said["gains of the servos of joints"]
+    servo = report.description.shape_servo
+    assert (servo.stiffness, servo.damping, servo.torque_limit, servo.speed_limit) == (50.0, 2.0, 2.0, 2.0)

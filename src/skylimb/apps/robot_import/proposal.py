@@ -73,12 +73,12 @@ def propose(
         urdf=URDF_NAME,
         measured_link=tree.base(),
         tip=tip,
-        shape=ShapeSection(shape, mapping.shape_servo or _servo("joints", tree, roles.shape, tables))
+        shape=ShapeSection(shape, mapping.shape_servo or _servo("joints", tree, roles.shape, tables, doubts))
         if shape
         else None,
         vectoring=VectoringSection(
             vectoring,
-            mapping.vectoring_servo or _servo("gimbals", tree, roles.vectoring, tables),
+            mapping.vectoring_servo or _servo("gimbals", tree, roles.vectoring, tables, doubts),
             mapping.vectoring_start or (0.0,) * len(vectoring),
         )
         if vectoring
@@ -217,14 +217,23 @@ def _named(motors: MotorTable) -> str:
     return motors.file if motors.voltage is None else f"{motors.file} (at {motors.voltage:g} V)"
 
 
-def _servo(group: str, tree: UrdfTree, joints: tuple[Element, ...], tables: LabTables) -> Servo:
-    assumed = _SERVOS[group]
-    stiffness, damping = tables.servos.get(group, (assumed.stiffness, assumed.damping))
-    effort = min((tree.limit(joint, "effort") for joint in joints), default=assumed.torque_limit)
-    speed = min((tree.limit(joint, "velocity") for joint in joints), default=assumed.speed_limit)
-    return Servo(
-        stiffness=stiffness,
-        damping=damping,
-        torque_limit=float(np.clip(effort, 1e-3, 1e5)),
-        speed_limit=float(np.clip(speed, 1e-3, 1e3)),
-    )
+def _servo(
+    group: str, tree: UrdfTree, joints: tuple[Element, ...], tables: LabTables, doubts: list[Doubt]
+) -> Servo:
+    """Gains of the laboratory's table, else assumed; limits of the weakest and the slowest joint."""
+    gains = tables.servos.get(group)
+    if gains is None:
+        gains = _SERVOS[group].stiffness, _SERVOS[group].damping
+        value = f"are not said; {gains[0]:g} N m/rad and {gains[1]:g} N m s/rad are assumed"
+        doubts.append(
+            Doubt(f"gains of the servos of {group}", value, "say them in a mapping file, as measured")
+        )
+    limits = dict[str, float]()
+    for key, unit in (("effort", "N m"), ("velocity", "rad/s")):
+        said = [tree.limit(joint, key) for joint in joints]
+        limits[key] = min(said)
+        if max(said) > limits[key]:
+            value = f"is {min(said):g} .. {max(said):g} {unit}; the least is taken for all"
+            doubts.append(Doubt(f"{key} limit of {group}", value, "none, if the weakest servo will do"))
+    effort, speed = np.clip(limits["effort"], 1e-3, 1e5), np.clip(limits["velocity"], 1e-3, 1e3)
+    return Servo(*gains, torque_limit=float(effort), speed_limit=float(speed))

@@ -160,7 +160,7 @@ def _role(tree: UrdfTree, joint: Element, rotors: list[str], doubts: list[Doubt]
         Doubt(
             f"joint '{name}'",
             f"has no name that is known; taken as {guess}, as {why}",
-            f'if that is wrong, say {{ name = "{name}", role = "..." }} in a mapping file (--mapping)',
+            "if that is wrong, say its name and role under joints in a mapping file (--mapping)",
         )
     )
     return guess
