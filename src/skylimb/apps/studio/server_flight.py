@@ -10,9 +10,10 @@ from collections.abc import Callable
 from typing import Any
 
 from skylimb.apps.studio import messages
+from skylimb.apps.studio.branching_flights import Say
 from skylimb.apps.studio.live_state import live_state, next_event
 from skylimb.apps.studio.pacing import Pacing
-from skylimb.apps.studio.session import Say, Session
+from skylimb.apps.studio.session import Session
 from skylimb.base.errors import ConfigError, SkylimbError, choice_error
 
 FRAME_PERIOD = 0.02

@@ -2,30 +2,25 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from skylimb.analysis.exchange.recorder import FULL, FlightRecorder
-from skylimb.apps.studio.branches import Branches, Place
-from skylimb.apps.studio.changes import alike_until, with_push
+from skylimb.apps.studio.branching_flights import RESTARTED, BranchingFlights
+from skylimb.apps.studio.changes import with_push
 from skylimb.apps.studio.controls import IN_FLIGHT, PREFIX, values_of
 from skylimb.apps.studio.drawings import keep_drawing, strokes_as_svg
 from skylimb.apps.studio.flight_setup import FlightSetup
 from skylimb.apps.studio.good_gains import good_gains
 from skylimb.apps.studio.key_edits import Edit, as_value, back_edit, key_edit, values_at_takeoff
 from skylimb.apps.studio.live_flight import LiveFlight
-from skylimb.apps.studio.live_flights import LiveFlights
 from skylimb.apps.studio.surface_edits import (
     surface_change,
     with_surface,
 )
-from skylimb.apps.studio.watching import Watcher, files_of_controller
-from skylimb.base.errors import ConfigError, SkylimbError
-from skylimb.base.user_code import place_of
+from skylimb.base.errors import SkylimbError
 from skylimb.control.controller import Controller
 from skylimb.flight.events import Push, SurfaceChange
 from skylimb.flight.experiments.experiment import Experiment
@@ -35,14 +30,8 @@ from skylimb.flight.loading import DEFAULT_CONTROLLER
 if TYPE_CHECKING:
     from skylimb.apps.studio.keeping import KeptFlights
 
-Say = Callable[[str, Any], None]
-"""Takes the name of an event and what belongs to it."""
 
-RESTARTED = "restarted"
-"""What a change did that no flight can take in flight."""
-
-
-class Session:
+class Session(BranchingFlights):
     """One or more live flights of one experiment, in lockstep; one thread calls it.
 
     A method that is handed a value that cannot be raises a `SkylimbError`, and nothing has changed then.
@@ -57,9 +46,6 @@ class Session:
         recorder: keeps the flights on the disk as they are flown.
 
     Attributes:
-        say: takes the name of what happens and what belongs to it, its time among that.
-        live: the flights, and what a page shows of them.
-        branches: the ways that they went.
         offered: the controllers that a page may name, by the name that it has for each.
         preset: what every key was when these controllers were chosen, by key and flight; None for all.
     """
@@ -73,44 +59,15 @@ class Session:
         out: str | Path = "studio",
         recorder: FlightRecorder | None = None,
     ) -> None:
-        self.out, self._recorder = Path(out), recorder
-        self.say: Say = lambda event, content: None
+        setup = FlightSetup(experiment, tuple(controllers) or (None,), seed, dict(set or {}))
+        super().__init__(setup, recorder)
+        self.out = Path(out)
         self._reports: list[KeptFlights] = []
-        self._begin(FlightSetup(experiment, tuple(controllers) or (None,), seed, dict(set or {})))
-        self.branches = Branches()
         self.preset = values_at_takeoff(self.live)
         self._keys = self.live.setup.keys
-        self._good: tuple[dict[str, Any], ...] | None = None
         own = zip(self.live.setup.controllers, self.live.flights, strict=True)
         self.offered = {name_of(given, flight): given for given, flight in own}
         self.offered |= {name: name for name in list_controllers() if name not in self.offered}
-
-    def _begin(self, setup: FlightSetup) -> None:
-        """Take off anew; what cannot be flown raises, and leaves everything as it was."""
-        self.live = live = LiveFlights(setup)
-        self._was_over = False
-        self._begun = datetime.now()
-        for number, flight in enumerate(live.flights, 1):
-            if self._recorder is not None:
-                flight.record(self._recorder.beside(str(number)))
-        self._watcher = Watcher(
-            path
-            for given, flight in zip(setup.controllers, live.flights, strict=True)
-            for path in files_of_controller(given, flight.takeoff.controller)
-        )
-
-    def _begin_again(self, setup: FlightSetup, why: str, act: str = "take off again") -> None:
-        before, self._good = self.here(), good_gains(self.live) or self._good
-        self._begin(setup)
-        self.branches = self.branches.acted(before, why or act, "").began(before, why or "take-off")
-        self._tell(RESTARTED, why=why)
-        self._tell("scene")
-
-    def here(self) -> Place:
-        """What repeats the flights up to now."""
-        live = self.live
-        experiments = tuple(flight.experiment for flight in live.flights)
-        return Place(live.begun, live.setup, experiments, round(live.time / live.period), live.time)
 
     def controls(self) -> list[dict[str, Any]]:
         """Every gain and key as a control (`controls_of`), with its `preset`: one for each flight."""
@@ -129,18 +86,6 @@ class Session:
         return [name_of(one, flight) for one, flight in given]
 
     # What people do.
-
-    def advance(self, ticks: int) -> int:
-        """Fly some ticks of every flight that goes on; returns how many, 0 when all are over."""
-        flown = 0
-        while flown < ticks and not self.live.over:
-            for number, flight in enumerate(self.live.flights):
-                self._try(number, flight.tick)
-            flown += 1
-        if self.live.over and not self._was_over:
-            self._tell("over", verdict=self.live.verdict)
-        self._was_over = self.live.over
-        return flown
 
     def set_key(self, key: str, value: Any, flight: int | None = None, entry: int | None = None) -> str:
         """Change a key of the experiment, or a gain of one flight or of all that have it (None).
@@ -196,12 +141,6 @@ class Session:
         ]
         return next((one for one in held if one.time + one.duration > now + 1e-9), None)
 
-    def _branch(self, experiments: Mapping[LiveFlight, Experiment], words: str, kind: str) -> None:
-        """Go on with other experiments, as an act that can be undone."""
-        before = self.here()
-        self.live.branch(experiments)
-        self.branches = self.branches.acted(before, words, kind)
-
     def surface(
         self,
         position: Sequence[float] | None = None,
@@ -250,59 +189,6 @@ class Session:
         """Take off again with the last gains that flew well (`good_gains`), else with those of the preset."""
         gains = good_gains(self.live) or self._good or ()
         self._begin_again(replace(self.live.setup, gains=gains), "the last good gains")
-
-    def rewind(self, time: float) -> None:
-        """Go back to a time (s); what comes then is flown anew, without what people did from that time on."""
-        if not (math.isfinite(time) and time >= 0.0):
-            raise ConfigError(f"time = {time:g} s to go back to should be 0 or more")
-        before, live = self.here(), self.live
-        tick = max(1, min(round(time / live.period), before.ticks))
-        for number, flight in enumerate(live.flights):
-            self._try(number, lambda flight=flight: flight.rewind(tick))
-        branches = self.branches.acted(before, f"back to {live.time:.1f} s", "")
-        self._came(branches.came_to(before, self.branches.here, live.time), live.time)
-
-    def undo(self) -> None:
-        """Go back to the moment before the last act."""
-        self._go_to(*self.branches.undo(self.here()))
-
-    def redo(self) -> None:
-        """Go to where the flights were when the last act was undone."""
-        self._go_to(*self.branches.redo(self.here()))
-
-    def jump(self, branch: int) -> None:
-        """Go to where another way was left."""
-        place = self.branches.end_of(branch)
-        self._go_to(self.branches.acted(self.here(), "to another branch", ""), place)
-
-    def _go_to(self, branches: Branches, place: Place) -> None:
-        before, live = self.here(), self.live
-        if place.begun is not live.begun:
-            self._begin(place.begun)
-            live = self.live
-        ready = [
-            flight.takeoff.changed(with_push(experiment, flight.first, place.time))
-            for flight, experiment in zip(live.flights, place.experiments, strict=True)
-        ]
-        since = 0.0
-        if live.begun is before.begun:
-            times = (
-                alike_until(one.experiment, to.experiment)
-                for one, to in zip(live.flights, ready, strict=True)
-            )
-            since = min(before.time, place.time, *times)
-        else:
-            self._tell("scene")
-        for number, (flight, takeoff) in enumerate(zip(live.flights, ready, strict=True)):
-            self._try(number, lambda flight=flight, takeoff=takeoff: flight.come_to(takeoff, place.ticks))
-        live.setup = place.setup
-        self._came(branches.came_to(before, place.branch, place.time), since)
-
-    def _came(self, branches: Branches, since: float) -> None:
-        """The flights are at another moment; what was flown there from `since` (s) on is told anew."""
-        self.branches = branches
-        self._was_over = self.live.over
-        self._tell("moved", since=since)
 
     def keep(self, name: str = "") -> KeptFlights:
         """Keep the flights so far in a folder below `out`; see `keeping.keep`. They go on."""
@@ -362,25 +248,6 @@ class Session:
     def _setup_now(self) -> FlightSetup:
         """What is flown, with the gains as they have become."""
         return replace(self.live.setup, gains=self.live.gains())
-
-    def _try(self, flight: int | None, act: Callable[[], object], flying: str = "") -> None:
-        """Do something that runs the user's code; what goes wrong there is an event, and ends nothing.
-
-        Args:
-            flight: that does it; None for all.
-            act: what is done.
-            flying: what goes on flying when it goes wrong.
-        """
-        try:
-            act()
-        except SkylimbError as error:
-            what: dict[str, Any] = {"flying": flying} if flight is None else {"flight": flight}
-            if place := place_of(error):  # in a file of the user's
-                what |= {"file": place.file, "line": place.line}
-            self._tell("error", text=str(error), **what)
-
-    def _tell(self, event: str, **what: Any) -> None:
-        self.say(event, {"time": self.live.time, **what})
 
 
 def name_of(given: str | Controller | None, flight: LiveFlight) -> str:
