@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skylimb.control.estimation.records import BodyState
-from skylimb.symbolic import Array, abs, between, clip, dot, low_pass, right_inverse, vector, where
+from skylimb.symbolic import Array, abs, between, clip, dot, low_pass, right_inverse, vector, where, within
 
 BANK = (0.0, 0.025, 0.05, 0.075, 0.1)
 """Latencies that are tried, beyond the assumed one, s."""
@@ -25,6 +25,9 @@ well a latency fitted, 1/s."""
 FITS, PLAIN = 0.75, 0.015
 """Share of the square that a better latency leaves at most, and by how much at least it is less,
 (rad/s^2)^2: flights whose frames are in time differ by less."""
+
+WARM = 0.5
+"""Time for which the mean is formed before anything is judged, s."""
 
 STEP = 0.051
 """By how much more than before is believed at a time, s."""
@@ -40,6 +43,7 @@ class Lateness(NamedTuple):
         outside: mean of what the assumed latency leaves, C, N m, (3,).
         misfits: mean square of what each latency leaves, (rad/s^2)^2.
         late: how much later than assumed measurements are, s.
+        time: for which the mean has been formed, s; nothing is judged before `WARM`.
     """
 
     made: tuple[Array, ...] = (np.zeros(3),) * _DEPTH
@@ -48,6 +52,7 @@ class Lateness(NamedTuple):
     outside: Array = np.zeros(3)
     misfits: Array = np.zeros(len(BANK))
     late: Any = 0.0
+    time: Any = 0.0
 
 
 def lateness(
@@ -74,6 +79,9 @@ def lateness(
     for each in left:
         rest = inverse @ (each - outside)
         squares.append(dot(rest, rest))
+    # An error of the model, such as a centre of gravity that lies elsewhere, has to be in the mean first.
+    time = clip(state.time + dt, 0.0, WARM + dt)
+    fresh = fresh * within(time, WARM, np.inf)
     misfits = low_pass(state.misfits, vector(*squares), _MEMORY * fresh, dt)
     best, late, present = misfits[0], 0.0 * misfits[0], misfits[0]
     for index, each in enumerate(BANK):
@@ -82,4 +90,4 @@ def lateness(
         late, best = where(better > 0.5, each, late), where(better > 0.5, misfits[index], best)
         present = where(abs(state.late - each) < 1e-6, misfits[index], present)
     clear = where(best < FITS * present, 1.0, 0.0) * where(present - best > PLAIN, 1.0, 0.0)
-    return Lateness(made, turned, momentum, outside, misfits, where(clear > 0.5, late, state.late))
+    return Lateness(made, turned, momentum, outside, misfits, where(clear > 0.5, late, state.late), time)
