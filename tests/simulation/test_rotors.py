@@ -104,6 +104,11 @@ SPEED = {"plant.rotors": "speed"}
             "plant.rotor_inertia = 0.0002 kg m.2 has no effect .* it needs",
         ),
         ({**SPEED, "plant.rotor_inertia": 0.3}, "plant.rotor_inertia = 0.3 kg m.2 is outside of -1 .. 0.1"),
+        (
+            {"plant.rotor_inertia": -2e-4},
+            "plant.rotor_inertia = -0.0002 is below 0; -1 keeps what the robot's",
+        ),
+        ({"plant.rotor_lag": -0.05}, "plant.rotor_lag = -0.05 is below 0; -1 keeps what the robot's"),
         ({"plant.rotors": "spead"}, "plant.rotors = 'spead' is not one of 'described', 'speed', 'thrust'"),
     ],
 )

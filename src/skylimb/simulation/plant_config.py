@@ -29,7 +29,7 @@ class PlantConfig:
     ] = ()
     rotor_lag: Annotated[
         float,
-        Key("s", "time constant of the thrust; negative keeps the description's", low=-1.0, high=1.0),
+        Key("s", "time constant of the thrust; -1 keeps the description's", low=-1.0, high=1.0),
     ] = -1.0
     rotors: Annotated[
         Literal["described", "speed", "thrust"],
@@ -42,7 +42,7 @@ class PlantConfig:
     ] = "described"
     rotor_inertia: Annotated[
         float,
-        Key("kg m^2", "of each rotor; negative keeps the description's", low=-1.0, high=0.1),
+        Key("kg m^2", "of each rotor; -1 keeps the description's", low=-1.0, high=0.1),
     ] = -1.0
     joint_stop_stiffness: Annotated[
         float | None,
@@ -137,7 +137,14 @@ def _unsaid(rotor: Rotor, config: PlantConfig) -> list[str]:
 
 
 def require_rotors(description: RobotDescription, config: PlantConfig) -> None:
-    """Raise a `ConfigError` where rotors are to have a speed, and the robot's file says too little of it."""
+    """Raise a `ConfigError` where rotors are to have a speed, and the robot's file says too little of it.
+
+    A lag or an inertia below 0 is refused, too; only -1 stands for what that file says.
+    """
+    for key in ("rotor_lag", "rotor_inertia"):
+        value = getattr(config, key)
+        if -1.0 < value < 0.0:
+            raise ConfigError(f"plant.{key} = {value:g} is below 0; -1 keeps what the robot's file says")
     if not turning(description, config):
         if config.rotor_inertia > 0.0:
             raise ConfigError(
