@@ -12,8 +12,9 @@ _HEAD = """# Faults
 
 What each fault does to a flight in contact, without the supervisor and with it. Every controller flies each
 fault up to {draws} times: on the board leaning to either side, with another onset and noise in each draw.
-This page and docs/faults.json are what `skylimb faults --draws {draws}` leaves. Numbers are median / what 99 % keep, in
-brackets what both are held to; a dash is a number that lost flights do not have. "ok" means: all is kept.
+This page and docs/faults.json are what `skylimb faults --draws {draws}` leaves. Numbers are median / what
+99 % keep, in brackets what both are held to; a dash is a number that lost flights do not
+have. "ok" means: all is kept.
 
 A flight survives that goes on for 5 s after the onset, or to its mission's end: not tilted beyond 1 rad, on
 the floor, or 2 m astray. So does one that its supervisor lands, slower than 0.6 m/s and upright. What a fault
