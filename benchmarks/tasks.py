@@ -96,6 +96,13 @@ def write(rows: Sequence[Mapping[str, Any]]) -> None:
     PAGE.write_text(re.sub(pattern, lambda _: new, text, flags=re.DOTALL), encoding="utf-8")
 
 
+def keep(rows: Sequence[Mapping[str, Any]]) -> None:
+    """One line a flight, four digits a number."""
+    short = [{k: float(f"{v:.4g}") if isinstance(v, float) else v for k, v in row.items()} for row in rows]
+    text = ",\n".join(json.dumps(row) for row in short)
+    NUMBERS.write_text(f"[\n{text}\n]\n", encoding="utf-8")
+
+
 def main() -> None:
     """Fly what is missing, keep it, write the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
@@ -116,8 +123,7 @@ def main() -> None:
                     {"task": task, "robot": robot, "draw": number}
                     | fly(task, robot, preset, drawn[robot][number])
                 )
-                text = ",\n".join(json.dumps(row) for row in rows)
-                NUMBERS.write_text(f"[\n{text}\n]\n", encoding="utf-8")
+                keep(rows)
                 print(len(rows), rows[-1], flush=True)
     write(rows)
     print(table(rows))
