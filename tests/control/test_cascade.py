@@ -154,7 +154,7 @@ def test_a_control_period_that_a_law_cannot_work_at_is_refused(cascades: dict[st
     cascades["following"].require(DT)
     cascades["hybrid"].require(1e-4)
     with pytest.raises(ConfigError, match=r"estimation\.delay\.latency"):
-        cascades["following"].require(0.001)
+        cascades["following"].require(0.0005)
 
 
 class Own:

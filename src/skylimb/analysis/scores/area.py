@@ -42,6 +42,7 @@ class Areas(NamedTuple):
 @metric(
     unit="",
     smaller_is_better=False,
+    ranked=False,
     group=DRAWING,
     row="drawn area over wanted area: what both cover, of what either covers",
     meaning="Area that the drawn and the wanted line both cover, over the area that either covers",
