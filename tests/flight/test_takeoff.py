@@ -8,7 +8,7 @@ import pytest
 
 from short_flights import HOLD
 from skylimb.base.errors import ConfigError
-from skylimb.flight.events import Push
+from skylimb.flight.events import EventContext, GainChange, Push
 from skylimb.flight.loading import plan_flights
 from skylimb.flight.takeoff import take_off
 
@@ -47,3 +47,29 @@ def test_a_flight_is_stopped_at_the_time_that_the_experiment_names() -> None:
     assert takeoff.count == len(takeoff.rows) == 100
     assert len(takeoff.fixed_rows) == len(takeoff.times) > 100
     assert math.isclose(takeoff.times[1], takeoff.period)
+
+
+def test_events_that_were_checked_are_not_asked_again_until_what_they_act_on_changes(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A live flight has an event for each touch of a slider; the hundredth costs no more than the first."""
+    gains = tuple(GainChange(0.1 * n, "allocation.leak.cutoff", 1.0 + 0.01 * n) for n in range(1, 5))
+    (takeoff,) = take_off("paper", ("hybrid",), 0, HOLD)
+    takeoff = takeoff.changed(dataclasses.replace(takeoff.experiment, events=gains[:3]))
+    asked: list[GainChange] = []
+    real = GainChange.require
+
+    def require(event: GainChange, context: EventContext) -> None:
+        asked.append(event)
+        real(event, context)
+
+    monkeypatch.setattr(GainChange, "require", require)
+    more = takeoff.changed(dataclasses.replace(takeoff.experiment, events=gains))
+    assert set(asked) == {gains[3]}
+    bad = dataclasses.replace(gains[3], key="translation.mass_ratio")
+    with pytest.raises(ConfigError, match="unknown gain"):
+        more.changed(dataclasses.replace(more.experiment, events=(*gains, bad)))
+    asked.clear()
+    surface = dataclasses.replace(more.experiment.surface, friction=0.1)
+    more.changed(dataclasses.replace(more.experiment, surface=surface))
+    assert set(asked) == set(gains)

@@ -7,7 +7,7 @@ A simulated flight is a plan with a plant (`flight.takeoff`), the flight of a re
 from __future__ import annotations
 
 import functools
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, Self, TypeVar
 
@@ -25,7 +25,7 @@ from skylimb.control.missions.table import Window, window_of
 from skylimb.control.needs import Needs, needs_of, require_imu
 from skylimb.control.planning.posture_path import PostureConfig
 from skylimb.flight.derived import Derived
-from skylimb.flight.events import EventContext, Timeline, require_events, timeline
+from skylimb.flight.events import Event, EventContext, Timeline, require_events, timeline
 from skylimb.flight.experiments.experiment import Experiment
 from skylimb.flight.feasible import require_feasible
 from skylimb.flight.flyable import require_flyable, standing_out
@@ -111,14 +111,23 @@ class FlightPlan:
         Raises:
             ConfigError: when it cannot be flown.
         """
-        return checked(replace(self, experiment=experiment))
+        other = replace(self, experiment=experiment)
+        return checked(other, self.known_to(other))
+
+    def known_to(self, other: FlightPlan) -> Sequence[Event]:
+        """The events of this plan, where those of another act on the same things."""
+        return self.experiment.events if self.event_context == other.event_context else ()
 
 
 P = TypeVar("P", bound=FlightPlan)
 
 
-def checked(plan: P) -> P:
+def checked(plan: P, known: Sequence[Event] = ()) -> P:
     """The plan after every check that can be made before take-off, each event at the time that is drawn.
+
+    Args:
+        plan: to check.
+        known: events that a plan like it was checked with.
 
     Raises:
         ConfigError: the controller cannot work at this rate; a posture, a push or the commanded force cannot
@@ -130,10 +139,10 @@ def checked(plan: P) -> P:
         controller.require(plan.period)
     require_imu(controller, experiment.sensors.imu.on, "set sensors.imu.on = true, where the robot has one")
     require_plant(robot.description, experiment.surface, experiment.plant, plan.period)
-    require_events(experiment.events, plan.event_context, np.inf)
+    require_events(experiment.events, plan.event_context, np.inf, known)
     require_feasible(experiment, robot, controller)
     require_flyable(experiment.surface, robot, plan.mission)
-    require_events(experiment.events, plan.event_context, float(plan.times[-1]))
+    require_events(experiment.events, plan.event_context, float(plan.times[-1]), experiment.events)
     if all(event.latest is None for event in experiment.events):
         return plan
     events = tuple(event.drawn(experiment.seed, number) for number, event in enumerate(experiment.events))

@@ -15,6 +15,7 @@ from skylimb.control.corrections import Calibrated
 from skylimb.control.supervisor.supervised import Supervised
 from skylimb.flight.events import (
     OWN_PLANT_KINDS,
+    Event,
     SensorFault,
     SurfaceChange,
     Timeline,
@@ -113,7 +114,7 @@ class Takeoff(FlightPlan):
             ConfigError: when it cannot be flown.
         """
         other = super().changed(experiment)
-        _require_takeoff(other)
+        _require_takeoff(other, self.known_to(other))
         return other
 
     def data(self) -> mujoco.MjData:
@@ -151,10 +152,10 @@ def simulated(plan: FlightPlan, own_plant: UserPlant | None = None) -> Takeoff:
     return takeoff
 
 
-def _require_takeoff(takeoff: Takeoff) -> None:
+def _require_takeoff(takeoff: Takeoff, known: Sequence[Event] = ()) -> None:
     experiment, start, model = takeoff.experiment, takeoff.start, takeoff.plant.model
     context = takeoff.event_context._replace(plant=takeoff.plant)
-    require_events(experiment.events, context, float(takeoff.times[-1]))
+    require_events(experiment.events, context, float(takeoff.times[-1]), known)
     if takeoff.own_plant is not None:
         require_own(takeoff.plant, takeoff.own_plant)
         require_applied(experiment.events, OWN_PLANT_KINDS, f"plant '{plant_name(takeoff.own_plant)}'")

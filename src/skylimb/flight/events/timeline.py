@@ -113,14 +113,18 @@ def _beside(first: ModelRows | None, second: ModelRows, context: EventContext) -
     return ModelRows((*kept, *moved), np.hstack([first.values, values]))
 
 
-def require_events(events: Sequence[Event], context: EventContext, end: float) -> None:
+def require_events(
+    events: Sequence[Event], context: EventContext, end: float, known: Sequence[Event] = ()
+) -> None:
     """Raise a `ConfigError` for an event of a thing or a time that is not there, or two that contradict.
 
     Args:
         events: of the experiment.
         context: what they act on.
         end: of the longest that the flight may take, s since take-off.
+        known: events that were asked about such a context before, and are not asked again.
     """
+    asked = {id(event) for event in known}
     for number, event in enumerate(events):
         for key, at in (("time", event.time), ("latest", event.latest or 0.0)):
             if at > end:
@@ -128,7 +132,8 @@ def require_events(events: Sequence[Event], context: EventContext, end: float) -
                     f"events.{number}.{key} = {at:g} s: {event}, {event.words}, comes after the flight's end "
                     f"at {end:g} s"
                 )
-        event.require(context)
+        if id(event) not in asked:
+            event.require(context)
     given: dict[tuple[str, float, str], Any] = {}
     for event in events:
         for name, value in event.changed.items():
