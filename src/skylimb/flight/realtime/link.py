@@ -27,6 +27,8 @@ from skylimb.robots.model import Robot
 
 MOST = 32
 """Datagrams that are read at a tick; of a flood the rest is thrown away unread."""
+_SETTLING = 3
+"""Times that is read until what lay in the queue from before has gone."""
 
 
 class Datagram(NamedTuple):
@@ -80,14 +82,15 @@ class RemoteVehicle:
         self._sender: Hashable | None = None
         self._link.receive(MOST)  # what lies there from before
         self._stamps, self._sent = Stamps(), 0
-        self._first = math.nan  # how the clocks stood at the first message
+        # How the clocks stood at first: the first messages may have lain in the queue for a while.
+        self._first, self._settling = math.inf, _SETTLING
         self.heard: StateMessage | None = None
         self.counts = Faults()
         self._imu, self._measured = imu, nothing_measured(robot, imu)
         self.layout = measured_layout(robot, imu)
 
     def known(self, body: Callable[[Measurement], Body]) -> Measured:
-        """What is known of it before a flight; its clock is held against ours of the first message.
+        """What is known of it before a flight; its clock is held against ours of the first messages.
 
         Args:
             body: of a measurement.
@@ -116,6 +119,8 @@ class RemoteVehicle:
                 self._take(datagram)
             except RefusedMessageError as refused:
                 self.counts.note("link", str(refused))
+        if self.heard is not None and self._settling:
+            self._settling -= 1
         self._taken(self._stamps.taken)
         older = self._now() - self._stamps.taken
         return self._measured._replace(capture_age=self._measured.capture_age + older)
@@ -127,8 +132,8 @@ class RemoteVehicle:
             raise RefusedMessageError("no imu")
         if self.heard is not None and datagram.sender != self._sender:
             raise RefusedMessageError("second sender")
-        if self.heard is None:
-            self._first = now - message.stamp
+        if self._settling:
+            self._first = min(self._first, now - message.stamp)
         self._sender, self.heard = datagram.sender, message
         self._stamps, fault = judged(self._stamps, message.stamp, now)
         if believed(fault):

@@ -12,7 +12,7 @@ _HEAD = """# Faults
 
 What each fault does to a flight in contact, without the supervisor and with it. Every controller flies each
 fault up to {draws} times: on the board leaning to either side, with another onset and noise in each draw.
-This page and docs/faults.json are what `skylimb faults --draws {draws}` leaves. Numbers are median / what
+`skylimb faults --draws {draws}` leaves such a page and docs/faults.json.{mixed} Numbers are median / what
 99 % keep, in brackets what both are held to; a dash is a number that lost flights do not
 have. "ok" means: all is kept.
 
@@ -22,6 +22,9 @@ does is counted from its onset to 1.5 s after its end; of one that is there from
 there is a bound on the tip, what the same draw moves by itself, flown without the fault, does not count. A
 fault that unprotected flights of every controller survive within its bounds is no test, and is marked so.
 """
+
+_MIXED = """ **Rows here have different numbers of draws: they were flown
+one after another, while the code went on, and not all with what it is today.**"""
 
 _NONE = (None, None)
 
@@ -87,7 +90,8 @@ def faults_page(catalogue: Catalogue, rows: Sequence[Row]) -> str:
     flown = {row.fault for row in rows}
     faults = [fault for fault in catalogue.faults if fault.name in flown]
     draws = max((row.flights for row in rows), default=0)
-    lines = [_HEAD.format(draws=draws), "## All of them", ""]
+    mixed = _MIXED if any(row.flights != draws for row in rows) else ""
+    lines = [_HEAD.format(draws=draws, mixed=mixed), "## All of them", ""]
     columns = list(dict.fromkeys(row.flown_by for row in rows))
     lines += _table("fault: flights within the bounds", [*columns, ""], _summary(faults, rows))
     lost = dict.fromkeys(row.fault for row in rows if row.supervised and row.survived < row.flights)
