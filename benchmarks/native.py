@@ -53,7 +53,7 @@ def with_seed(takeoff: Takeoff, seed: int) -> Takeoff:
 
 def controls_of(takeoff: Takeoff) -> tuple[np.ndarray, np.ndarray]:
     """The controls of every physics step, as the compiled driver flies, and the state at the end."""
-    plant, data, acts, events = world(takeoff)
+    plant, data, acts, events, _ = world(takeoff)
     controls = np.zeros((len(takeoff.rows), plant.model.nu))
 
     def watch(k: int) -> None:
