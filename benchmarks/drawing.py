@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import re
 import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -34,6 +33,7 @@ from skylimb.robots.loader import load_robot
 
 sys.path.insert(0, str(Path(__file__).parent))
 from following import draws  # the same draws, beside this file
+from kept import fill, keep
 
 HERE = Path(__file__).parent
 DOCS = HERE.parent / "docs"
@@ -199,22 +199,8 @@ def unknown_table(rows: Sequence[Mapping[str, Any]]) -> str:
 
 def write_tables(rows: Sequence[Mapping[str, Any]]) -> None:
     """Put the tables into the page."""
-    text = PAGE.read_text(encoding="utf-8")
-    for name, table in (("known", known_table(rows)), ("unknown", unknown_table(rows))):
-        begin, end = f"<!-- begin: {name} -->", f"<!-- end: {name} -->"
-        pattern = f"{re.escape(begin)}.*?{re.escape(end)}"
-        new = f"{begin}\n\n{table}\n\n{end}"
-        text = re.sub(pattern, lambda _, new=new: new, text, flags=re.DOTALL)
-    PAGE.write_text(text, encoding="utf-8")
-
-
-def keep(rows: Sequence[Mapping[str, Any]]) -> None:
-    """One line a flight, four digits a number."""
-    text = [
-        json.dumps({k: float(f"{v:.4g}") if isinstance(v, float) else v for k, v in row.items()})
-        for row in rows
-    ]
-    NUMBERS.write_text("[\n" + ",\n".join(text) + "\n]\n", encoding="utf-8")
+    fill(PAGE, "known", known_table(rows))
+    fill(PAGE, "unknown", unknown_table(rows))
 
 
 def main() -> None:
@@ -234,7 +220,7 @@ def main() -> None:
         if time.monotonic() - began > 60.0 * options.minutes:
             break
         rows.append(flown(cell, drawn))
-        keep(rows)
+        keep(NUMBERS, rows)
         print(len(rows), rows[-1], flush=True)
     write_tables(rows)
     print(known_table(rows), unknown_table(rows), sep="\n\n")

@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 from following import scored  # beside this file
+from kept import keep
 
 from skylimb.control.controller import load_controller
 from skylimb.control.needs import needs_of
@@ -117,15 +118,6 @@ def write_table(rows: Sequence[Mapping[str, Any]]) -> None:
     PAGE.write_text(new, encoding="utf-8")
 
 
-def keep(rows: Sequence[Mapping[str, Any]]) -> None:
-    """One line a flight, four digits a number."""
-    text = [
-        json.dumps({k: float(f"{v:.4g}") if isinstance(v, float) else v for k, v in row.items()})
-        for row in rows
-    ]
-    NUMBERS.write_text("[\n" + ",\n".join(text) + "\n]\n", encoding="utf-8")
-
-
 def main() -> None:
     """Fly what is missing, keep it, write the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
@@ -138,7 +130,7 @@ def main() -> None:
         if time.monotonic() - began > 60.0 * options.minutes:
             break
         rows += flown(todo[at : at + TOGETHER])
-        keep(rows)
+        keep(NUMBERS, rows)
         print(len(rows), rows[-1], flush=True)
     write_table(rows)
     print(table(rows))

@@ -14,13 +14,13 @@ from __future__ import annotations
 
 import argparse
 import json
-import re
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from kept import fill, keep  # beside this file
 
 from skylimb.flight.drivers.native import fly_native
 from skylimb.flight.simulated_run import scored_run
@@ -87,22 +87,6 @@ def table(rows: Sequence[Mapping[str, Any]]) -> str:
     return "\n".join(lines)
 
 
-def write(rows: Sequence[Mapping[str, Any]]) -> None:
-    """Put the table into the page."""
-    begin, end = "<!-- begin: tasks -->", "<!-- end: tasks -->"
-    new = f"{begin}\n\n{table(rows)}\n\n{end}"
-    text = PAGE.read_text(encoding="utf-8")
-    pattern = f"{re.escape(begin)}.*?{re.escape(end)}"
-    PAGE.write_text(re.sub(pattern, lambda _: new, text, flags=re.DOTALL), encoding="utf-8")
-
-
-def keep(rows: Sequence[Mapping[str, Any]]) -> None:
-    """One line a flight, four digits a number."""
-    short = [{k: float(f"{v:.4g}") if isinstance(v, float) else v for k, v in row.items()} for row in rows]
-    text = ",\n".join(json.dumps(row) for row in short)
-    NUMBERS.write_text(f"[\n{text}\n]\n", encoding="utf-8")
-
-
 def main() -> None:
     """Fly what is missing, keep it, write the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
@@ -123,9 +107,9 @@ def main() -> None:
                     {"task": task, "robot": robot, "draw": number}
                     | fly(task, robot, preset, drawn[robot][number])
                 )
-                keep(rows)
+                keep(NUMBERS, rows)
                 print(len(rows), rows[-1], flush=True)
-    write(rows)
+    fill(PAGE, "tasks", table(rows))
     print(table(rows))
 
 
