@@ -14,7 +14,7 @@ import xarray as xr
 import skylimb
 from short_flights import HOLD
 from skylimb.analysis.recording import Run
-from skylimb.apps.ros1.grounded import GroundedPlant
+from skylimb.apps.ros.grounded import GroundedPlant
 from skylimb.apps.studio.flight_setup import FlightSetup
 from skylimb.apps.studio.live_flight import LiveFlight
 from skylimb.base.config import from_mapping

@@ -16,8 +16,8 @@ from skylimb.analysis.exchange.messages import (
     TorqueInverse,
     UavInfo,
 )
-from skylimb.apps.ros1.attitude_loop import attitude_loop
-from skylimb.apps.ros1.spinal import Spinal
+from skylimb.apps.ros.attitude_loop import attitude_loop
+from skylimb.apps.ros.spinal import Spinal
 from skylimb.base.rotations import quaternion_from_rotation, rotation_from_quaternion, rotation_from_rpy
 
 ROTORS = 4

@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from skylimb.apps.ros1.bridge.installation import require_ros
+from skylimb.apps.ros1.installation import require_ros
 
 require_ros()
 

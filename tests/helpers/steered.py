@@ -12,11 +12,11 @@ import numpy as np
 
 from short_flights import CIRCLE
 from skylimb.analysis.exchange.frames import lab_link
-from skylimb.apps.ros1.flyer import Flyer
-from skylimb.apps.ros1.grounded import GroundedPlant
-from skylimb.apps.ros1.pilot import Pilot
-from skylimb.apps.ros1.states import FlightState, Order
-from skylimb.apps.ros1.tick import Inputs, Received, Tick
+from skylimb.apps.ros.flyer import Flyer
+from skylimb.apps.ros.grounded import GroundedPlant
+from skylimb.apps.ros.pilot import Pilot
+from skylimb.apps.ros.states import FlightState, Order
+from skylimb.apps.ros.tick import Inputs, Received, Tick
 from skylimb.control.estimation.records import Measurement
 from skylimb.flight.flying import fastest
 from skylimb.flight.realtime.compiled_controller import CompiledController

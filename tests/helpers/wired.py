@@ -11,18 +11,18 @@ import numpy as np
 from short_flights import CIRCLE
 from skylimb.analysis.exchange import lab_topics as topics
 from skylimb.analysis.exchange.frames import lab_link
-from skylimb.apps.ros1.controlled import Controlled
-from skylimb.apps.ros1.flyer import Flyer
-from skylimb.apps.ros1.lab_config import read_lab_config
-from skylimb.apps.ros1.limits import FlightLimits
-from skylimb.apps.ros1.messages import Arrived, Outgoing
-from skylimb.apps.ros1.simulated import Simulated
-from skylimb.apps.ros1.states import FlightState
+from skylimb.apps.ros.controlled import Controlled
+from skylimb.apps.ros.flyer import Flyer
+from skylimb.apps.ros.lab_config import read_lab_config
+from skylimb.apps.ros.limits import FlightLimits
+from skylimb.apps.ros.messages import Arrived, Outgoing
+from skylimb.apps.ros.simulated import Simulated
+from skylimb.apps.ros.states import FlightState
 from skylimb.flight.realtime.pacer import stepped
 from skylimb.flight.takeoff import take_off
 from steered import ready
 
-LAB = Path(__file__).parents[1] / "apps" / "ros1" / "lab"
+LAB = Path(__file__).parents[1] / "apps" / "ros" / "lab"
 
 
 class Wire:

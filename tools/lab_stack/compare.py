@@ -7,7 +7,7 @@
 It exits with 1 where a thrust differs by more than 1e-3 N, or the angle of a rotor that the board turns by
 1e-3 rad. A ROS master is started for the board (Debian's
 `python3-rosmaster`), as its controller announces topics that nobody reads here. `--write` keeps the answers
-of the lab's board: of seed 3 they are tests/apps/ros1/board_GIMBAL_DOF.json.
+of the lab's board: of seed 3 they are tests/apps/ros/board_GIMBAL_DOF.json.
 """
 
 from __future__ import annotations

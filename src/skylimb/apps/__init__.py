@@ -5,6 +5,6 @@ takes their commands; what it does is one call of a public function of the wings
 scores a flight by itself.
 
 Where to start reading: `cli.main` and `cli.commands` (a verb is a class and one call), `studio.session` (live
-flights), `ros1.node` and `ros1.tick` (one tick of plain messages), `catalogue.entries` (all that can be set
+flights), `ros.node` and `ros.tick` (one tick of plain messages), `catalogue.entries` (all that can be set
 or scored), `robot_import.checking` (a file from elsewhere held against what can fly).
 """

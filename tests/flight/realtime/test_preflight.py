@@ -12,9 +12,9 @@ import pytest
 
 import skylimb
 from skylimb.analysis.exchange.body import Body
-from skylimb.apps.ros1.bridge.installation import described_mass
-from skylimb.apps.ros1.bridge.master import MasterWatch
-from skylimb.apps.ros1.profile import profile_topics
+from skylimb.apps.ros.profile import profile_topics
+from skylimb.apps.ros1.installation import described_mass
+from skylimb.apps.ros1.master import MasterWatch
 from skylimb.base.errors import ConfigError
 from skylimb.base.rotations import rotation_from_rpy
 from skylimb.control.supervisor.descents import unprotected

@@ -25,6 +25,7 @@ class Topic:
         make: the message of a tick; None for what is made elsewhere, or only listened to.
         needs: signals of a log that this takes; none for what no log is written with.
         signals: that a log is read with, by the paths of their fields in the message.
+        latched: whether who comes later still gets the last message.
     """
 
     name: str
@@ -33,6 +34,7 @@ class Topic:
     make: Callable[[TickView], Any] | None = None
     needs: tuple[str, ...] = ()
     signals: Mapping[str, str] = field(default_factory=dict)
+    latched: bool = False
 
     def full(self, namespace: str) -> str:
         """The whole name."""
@@ -112,7 +114,7 @@ NAV = Topic("uav/nav", "aerial_robot_msgs/msg/FlightNav")
 TARGET_POSE, TARGET_PATH = Topic("target_pose", _POSE), Topic("target_path", "nav_msgs/msg/Path")
 JOY = Topic("joy", "sensor_msgs/msg/Joy")
 MISSION = Topic("skylimb/mission", "std_msgs/msg/String")
-RECORD, SOURCE = Topic("/skylimb/record", _BYTES), Topic("/skylimb/source", _BYTES)
+RECORD, SOURCE = (Topic(f"/skylimb/{name}", _BYTES, latched=True) for name in ("record", "source"))
 ROW = Topic("/skylimb/row", "std_msgs/msg/Float64MultiArray", 200.0)
 DIAGNOSTICS = Topic("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", 1.0)
 

@@ -9,8 +9,9 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from skylimb.analysis.exchange.codec import message_of, plain_of
 from skylimb.base.errors import ConfigError, extra_module
 from skylimb.base.sources import read_source
 
@@ -95,6 +96,14 @@ class Definitions:
         """Name, digest and text of a known type, as ROS 1 has them."""
         text, digest = self.types.generate_msgdef(kind, ros_version=1)
         return kind.replace("/msg/", "/"), digest, text
+
+    def read(self, kind: str, data: bytes) -> Any:
+        """The plain value of a message as it travels."""
+        return plain_of(self.types.deserialize_ros1(data, kind))
+
+    def write(self, kind: str, value: Any, seq: int) -> bytes:
+        """A plain value as it travels, its header numbered."""
+        return bytes(self.types.serialize_ros1(message_of(self.types, kind, value, seq), kind))
 
 
 def _parts(definition: object) -> list[str]:

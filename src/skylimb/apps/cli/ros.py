@@ -71,11 +71,13 @@ def ros(
     within("--cells", cells, 1, 20)
     folder = new_folder(out, "ros") if out else None
     from skylimb.analysis.exchange.recorder import recording
-    from skylimb.apps.ros1.run import limits_of, run, write
+    from skylimb.apps.ros.run import limits_of, run, write
+    from skylimb.apps.ros1.rim import ROS1
 
     limits = limits_of(fence, pad or {}, adopt)
     with recording(folder) if folder else nullcontext() as recorder:
         flown = run(
+            ROS1,
             profile,
             robot=robot,
             experiment=experiment,

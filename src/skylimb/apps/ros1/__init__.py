@@ -1,8 +1,4 @@
-"""The lab's robot at user level: its flight states, its topics, and the node that speaks them.
+"""The rim of ROS 1: the only place where rospy is imported, and nothing but moving messages.
 
-    messages (plain) -> sensors -> pilot: flight states, targets, guard -> command -> messages (plain)
-
-Topics, types and conversions stand in `skylimb.analysis.exchange.lab_topics` and `codec`. All but
-`ros1.bridge` knows no ROS and is tested without it. Only `ros1.bridge` imports rospy. Start reading at
-`run.py`, which builds a node, then `pilot.py` and `states.py`.
+subscribers -> inbox -> plain messages -> a profile's tick (`apps.ros`) -> plain messages -> publishers
 """

@@ -1,0 +1,104 @@
+"""A profile with a pilot: a tick from what arrived to what is published, whatever the robot is."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from skylimb.analysis.exchange.lab_messages import Names
+from skylimb.apps.ros.flyer import Flyer
+from skylimb.apps.ros.heard import Heard
+from skylimb.apps.ros.live_record import LiveRecord
+from skylimb.apps.ros.messages import Arrived, Outgoing
+from skylimb.apps.ros.pilot import Pilot
+from skylimb.apps.ros.profile import PendingRun
+from skylimb.apps.ros.sorting import MessageSorter
+from skylimb.apps.ros.tick import Inputs, Received, Tick
+from skylimb.base.packing import Layout
+from skylimb.control.estimation.records import Measurement
+
+
+class Piloted(ABC):
+    """A profile that flies.
+
+    Args:
+        flyer: who flies, and with what.
+        layout: of what is recorded of the robot.
+
+    Attributes:
+        slows: whether it is slow on a busy computer, as its time goes on with its ticks.
+        last: the last tick; None before the first one.
+        kept: flights and missions so far.
+    """
+
+    slows = False
+
+    def __init__(self, flyer: Flyer, layout: Layout[dict[str, Any]]) -> None:
+        self.pilot, self._pacer, self._period = Pilot(flyer), flyer.pacer, flyer.period
+        self._robot, self._names = flyer.robot, Names(flyer.robot, flyer.namespace)
+        self._sorter = MessageSorter(flyer.cells, self._sensed, flyer.limits)
+        self._live = LiveRecord(flyer.plan, layout, self.pilot.rehearsed())
+        self._k, self._heard = 0, Heard()
+        self.last: Tick | None = None
+        self.kept: list[PendingRun] = []
+
+    @property
+    def faults(self) -> Counter[str]:
+        """How often each fault was met."""
+        return self.pilot.faults + self._sorter.counts
+
+    @property
+    def over(self) -> str:
+        """Why it cannot go on; a robot ends never by itself."""
+        return ""
+
+    def tick(self, arrived: Iterable[Arrived], stamp: float) -> list[Outgoing]:
+        """One tick; `stamp` is the middleware's time, s."""
+        received, now = self._sorter.sort(arrived), self._pacer.time()
+        measured, taken = self._measured(now)
+        received = replace(received, acknowledged=self._acknowledged(received))
+        heard = self._heard.ages(now), self._heard.offsets(stamp - now)
+        rest = max(0.0, now - self._heard.rests)
+        tick = self.pilot.tick(Inputs(now, measured, taken, received, now - stamp, *heard, rest))
+        out = [*self._messages(stamp, measured, tick)]
+        if measured is not None:
+            out += self._live.add(tick, self._recorded(measured, tick))
+        self._apply(tick)
+        if not tick.flying.in_air:
+            self.close()
+        self._k, self.last = self._k + 1, tick
+        return out
+
+    def close(self) -> None:
+        """Keep the flight that is under way."""
+        flight = self._live.finish()
+        if flight is not None:
+            self.kept.append(flight)
+
+    def _sensed(self, arrived: Arrived) -> None:
+        """Take what a sensor says."""
+        self._heard = self._heard.take(arrived, self._robot.description.gravity)
+
+    def _acknowledged(self, received: Received) -> int | None:
+        """The last command that the flight controller acknowledged."""
+        return received.acknowledged
+
+    def _apply(self, tick: Tick) -> None:  # noqa: B027 - a real robot does what is published
+        """What follows of a tick."""
+
+    @abstractmethod
+    def _measured(self, now: float) -> tuple[Measurement | None, float]:
+        """The measurement of now and when it was taken, s."""
+
+    @abstractmethod
+    def _recorded(self, measured: Measurement, tick: Tick) -> np.ndarray:
+        """What is recorded of the robot at a tick."""
+
+    @abstractmethod
+    def _messages(self, stamp: float, measured: Measurement | None, tick: Tick) -> Iterator[Outgoing]:
+        """What is published of a tick."""

@@ -1,0 +1,253 @@
+"""From words on a command line to a node that flies: all is checked before the middleware is told of it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from skylimb.analysis.exchange.frames import lab_link
+from skylimb.analysis.exchange.lab_topics import NAMESPACE
+from skylimb.analysis.exchange.recorder import FlightRecorder
+from skylimb.apps.ros.both import Both
+from skylimb.apps.ros.bridge import Bridge, Rim
+from skylimb.apps.ros.controlled import Controlled
+from skylimb.apps.ros.flyer import Flyer
+from skylimb.apps.ros.lab_config import LabConfig, read_lab_config
+from skylimb.apps.ros.limits import FlightLimits
+from skylimb.apps.ros.node import Node, Profile
+from skylimb.apps.ros.pad import Pad
+from skylimb.apps.ros.profile import PROFILES, PendingRun, profile_topics
+from skylimb.apps.ros.simulated import Simulated
+from skylimb.apps.ros.tick import STARTED_BY_ITS_USER
+from skylimb.base.config import from_mapping
+from skylimb.base.errors import ConfigError, choice_error
+from skylimb.base.files import new_folder
+from skylimb.control.missions.mission import Mission
+from skylimb.control.supervisor.descents import unprotected
+from skylimb.flight.events import require_applied
+from skylimb.flight.experiments.experiment import load_experiment
+from skylimb.flight.flyable import require_flyable
+from skylimb.flight.loading import parted, plan_flights
+from skylimb.flight.plan import FlightPlan, checked
+from skylimb.flight.realtime.clocked_flight import compiled
+from skylimb.flight.realtime.pacer import Pacer
+from skylimb.flight.realtime.preflight import LOOK, desk_of, fence_of
+from skylimb.flight.realtime.timing import Timing
+from skylimb.flight.takeoff import simulated
+from skylimb.robots.model import Robot
+
+INNER_RATE = 1000.0
+"""Hz, of the flight controller's inner loop, which `simulator` runs."""
+
+UNKNOWN_MOTORS = (
+    "controller: no motor_info is sent, and a flight controller that has none acknowledges no arming; "
+    "--config names the robot's own file of it"
+)
+
+WARNING = (
+    "controller: its thrusts go to the flight controller as base_thrust, with zero attitude gains. The "
+    "flight controller then holds no attitude, also not when commands stop or in a forced landing: the robot "
+    "falls as it is. docs/flying.md has the check list of a first flight."
+)
+
+
+@dataclass(frozen=True)
+class Flown:
+    """What is left when a node has ended.
+
+    Attributes:
+        kept: flights and missions, in their order.
+        timing: how the loop kept to the clock.
+        faults: how often each was met, by name.
+        failed: names of the checks that failed, where it only looked.
+    """
+
+    kept: tuple[PendingRun, ...]
+    timing: Timing
+    faults: Mapping[str, int]
+    failed: tuple[str, ...] = ()
+
+
+def run(
+    rim: Rim,
+    profile: str,
+    *,
+    robot: str = "",
+    experiment: str = "",
+    missions: Sequence[str] = (),
+    controller: str | None = None,
+    settings: Mapping[str, Any] | None = None,
+    messages: Sequence[str] = (),
+    namespace: str = NAMESPACE,
+    link: str = "",
+    cells: int = 6,
+    anywhere: bool = False,
+    bare: bool = False,
+    config: Sequence[str] = (),
+    calibration: str | None = None,
+    limits: FlightLimits | None = None,
+    check: bool = False,
+    start: Mapping[str, float] | None = None,
+    say: Callable[[str], None] = print,
+    recorder: FlightRecorder | None = None,
+) -> Flown:
+    """Be a node until it is shut down.
+
+    Args:
+        rim: the middleware.
+        profile: one of `PROFILES`.
+        robot: in place of the experiment's.
+        experiment: gives plant, surface and the first mission; "paper" by default, for `simulator`
+            "free_flight", where nothing stands in a client's way.
+        missions: further experiments whose missions may be flown, on the first one's surface.
+        controller: as of `skylimb.run`.
+        settings: dotted keys and new values.
+        messages: folders of .msg files.
+        namespace: of the lab's topics.
+        link: whose pose is on them; the flight controller's by default.
+        cells: of the battery.
+        anywhere: whether master and node may be on a network.
+        bare: whether the cost of `controller` is accepted.
+        config: the robot's own YAML files of motors and servos.
+        calibration: as of `skylimb.run`.
+        limits: of flight states and targets.
+        check: whether it looks for some seconds, says what it found, and commands nothing.
+        start: angles by name, rad, with which `simulator` stands; others are the experiment's.
+        say: takes what people are to read.
+        recorder: keeps flights on the disk as they are flown.
+
+    Raises:
+        SkylimbError: before anything is published, where the middleware, a message or a name is missing.
+    """
+    if profile not in PROFILES:
+        raise choice_error("PROFILE", profile, PROFILES)
+    if profile == "controller" and not bare:
+        raise ConfigError(f"{WARNING} --bare says that you know")
+    if profile == "both" and config:
+        raise ConfigError("both has neither motors nor servos of the lab; --config is not for it")
+    if check and profile != "controller":
+        raise ConfigError("--check looks at a robot: it is for the profile controller")
+    if start and profile != "simulator":
+        raise ConfigError("--start says how the robot of simulator stands")
+    rim.require(anywhere)
+    experiment = experiment or ("free_flight" if profile == "simulator" else "paper")
+    # A robot on these topics has an IMU.
+    keys = {"sensors.imu.on": True, **(settings or {}), **({"robot": robot} if robot else {})}
+    period = load_experiment(experiment, parted(keys)[0]).control_period
+    if profile == "simulator":
+        keys["controller_rate"] = INNER_RATE
+    (plan,) = plan_flights(experiment, (controller,), set=keys, calibration=calibration)
+    require_applied(plan.experiment.events, (), STARTED_BY_ITS_USER)
+    flown = missions_of(plan, missions)
+    lab = read_lab_config(config, plan.robot)
+    topics = profile_topics(profile, lab.servos is not None)
+    rim.reach()
+    pacer, link = Pacer(period), lab_link(plan.robot, link)
+    if profile == "simulator":
+        made: Profile = Simulated(
+            simulated(plan), link, pacer, cells, lab.servos, start, slows=rim.by_clock()
+        )
+    else:
+        told = unprotected(plan.robot, plan.needs.vectoring, plan.experiment.supervisor)
+        desk = desk_of(plan.robot, rim.described_mass(namespace), calibration, told)
+        flyer = Flyer(
+            plan,
+            compiled(plan),
+            flown,
+            link,
+            pacer,
+            cells,
+            limits or FlightLimits(),
+            plan.experiment.supervisor,
+            namespace=namespace,
+            desk=desk,
+        )
+        made = Both(simulated(plan), flyer) if profile == "both" else Controlled(flyer, lab)
+    rim.say_left_out(profile, (*topics.subscribed, *topics.published), messages, say)
+    if profile == "controller":
+        say(WARNING)
+        for words in _doubts(lab, plan.robot):
+            say(words)
+    bridge = Bridge(rim.package, profile, messages, namespace, lab.servos is not None)
+    try:
+        node = Node(made, bridge, pacer, say, recorder=recorder)
+        say(f"{profile}: {plan.robot.name} below /{namespace}, missions {', '.join(flown)}")
+        found = node.look(LOOK) if check else node.spin()
+    finally:
+        bridge.close()
+    for one in found or ():
+        say(one.line)
+    failed = tuple(one.name for one in found or () if not one.fine)
+    return Flown(tuple(made.kept), node.timing, dict(node.faults), failed)
+
+
+def limits_of(fence: Sequence[float], pad: Mapping[str, Any], adopt: str) -> FlightLimits:
+    """The limits of a flight whose user says some of them.
+
+    Args:
+        fence: least and greatest x, y and z of the centre of gravity, W, m; none for a large one.
+        pad: buttons and axes of the radio by name.
+        adopt: what becomes of a flight that somebody else began.
+
+    Raises:
+        ConfigError: where one of them cannot be.
+    """
+    limits = FlightLimits(adopt=adopt, pad=from_mapping(Pad, pad, "--pad"))
+    return replace(limits, fence=fence_of(fence)) if fence else limits
+
+
+def write(flown: Flown, folder: Path) -> list[Path]:
+    """Flights and missions below a new folder, and how the loop kept to the clock."""
+    from skylimb.analysis import write_run
+
+    places = []
+    with new_folder(folder) as aside:
+        for count, kept in enumerate(flown.kept, 1):
+            path = aside / f"{count:02d}-{kept.name}"
+            run = kept.run()
+            if kept.name == "flight":
+                run.save(path.with_suffix(".nc"))
+                places.append(folder / f"{path.name}.nc")
+            else:
+                write_run(run, path)
+                places.append(folder / path.name)
+        timing = {
+            "verdict": flown.timing.verdict(),
+            "seconds": flown.timing.quantiles(),
+            "faults": dict(flown.faults),
+        }
+        (aside / "timing.json").write_text(json.dumps(timing, indent=2) + "\n", encoding="utf-8")
+    return places
+
+
+def missions_of(plan: FlightPlan, more: Sequence[str]) -> dict[str, Mission]:
+    """The missions that can be flown, the plan's and those of more experiments, by their names."""
+    found = {plan.experiment.name: plan.mission}
+    for name in more:
+        experiment = load_experiment(name, {"robot": plan.experiment.robot})
+        if experiment.control_period != plan.period:
+            raise ConfigError(
+                f"mission '{experiment.name}' is at {experiment.controller_rate:g} Hz, the node at "
+                f"{1.0 / plan.period:g} Hz"
+            )
+        other = checked(FlightPlan(experiment, plan.robot, plan.controller))
+        require_flyable(plan.experiment.surface, plan.robot, other.mission)
+        found[experiment.name] = other.mission
+    return found
+
+
+def _doubts(config: LabConfig, robot: Robot) -> list[str]:
+    """What a user should know of the motors before the first flight, one line each."""
+    if config.motors is None:
+        return [UNKNOWN_MOTORS]
+    least = min(motor.max_thrust for motor in config.motors.motors)
+    most = float(robot.thrust_limits()[1].max())
+    if most <= least:
+        return []
+    return [
+        f"controller: commands go up to {most:g} N a rotor, motor_info says {least:g} N at its lowest "
+        "voltage; beyond that the flight controller lowers all thrusts alike"
+    ]

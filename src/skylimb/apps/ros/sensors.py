@@ -1,0 +1,164 @@
+"""From motion capture, IMU and joint states to a measurement: each checked, faults counted."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from typing import Any
+
+import numpy as np
+
+from skylimb.analysis.exchange.frames import frames_at, frames_function
+from skylimb.analysis.exchange.lab_messages import Names
+from skylimb.analysis.exchange.messages import Imu, Joints, Pose, ServoStates
+from skylimb.apps.ros.messages import Arrived
+from skylimb.apps.ros.servos import Servos
+from skylimb.base.rotations import quaternion_from_rotation, rotation_from_quaternion
+from skylimb.control.estimation.gates import BEYOND
+from skylimb.control.estimation.records import ABSENT, Measurement
+from skylimb.control.estimation.records import Imu as Felt
+from skylimb.control.estimation.stamps import Stamps, believed, judged
+from skylimb.control.loop.vehicle import nothing_measured
+from skylimb.robots.model import Robot
+
+JOINT_LOW_PASS = 2.0
+"""Hz, of the joints' rates, which are differences of counts."""
+
+LOW_PASS = 20.0
+"""Hz, of the velocity that is made of stamped positions: the lab's own."""
+
+OLDEST = 0.5
+"""Seconds after which IMU or joint states count as missing."""
+
+_TURNED = 10.0
+"""Radians that no joint turns by."""
+
+
+class Sensors:
+    """Keeps the newest of each, and makes measurements of them.
+
+    The motion capture shows the lab's link. Its velocity is the difference of stamped positions, low pass.
+    Its rates are the IMU's. Joints give the pose of the measured link, and their motion is taken off its
+    rates and velocity. Vectoring angles that nobody measures are the commanded ones.
+
+    Args:
+        robot: what flies.
+        link: whose pose and rates come.
+        servos: read `servo/states`; None where only `joint_states` come.
+
+    Attributes:
+        has_imu: whether the IMU sits on that link, so that a measurement has what it says.
+        counts: how often each fault was met.
+    """
+
+    def __init__(self, robot: Robot, link: str, servos: Servos | None = None) -> None:
+        self._robot, self._servos = robot, servos
+        self._names, self._frames = Names(robot), frames_function(robot, link)
+        self._stamps = {Pose: Stamps(), Imu: Stamps(), Joints: Stamps()}
+        self._pose: tuple[float, Pose] | None = None
+        self._imu: tuple[float, Imu] | None = None
+        self._joints: tuple[float, np.ndarray] | None = None
+        self._vectoring: np.ndarray | None = None
+        self._bending = np.zeros(robot.n_joints + robot.n_vectoring)
+        self.has_imu = robot.description.imu.link == link
+        self._velocity = np.zeros(3)
+        self.counts: Counter[str] = Counter()
+
+    def take(self, arrived: Arrived) -> None:
+        """Take what a sensor says."""
+        value: Any = arrived.value
+        if isinstance(value, ServoStates) and self._servos is not None:
+            angles = self._servos.angles(value.counts)
+            value = Joints(value.stamp, tuple(angles), tuple(angles.values()))
+        kind = type(value)
+        if kind not in self._stamps:
+            return
+        self._stamps[kind], fault = judged(self._stamps[kind], value.stamp, arrived.at)
+        taken = self._stamps[kind].taken
+        if fault:
+            self.counts[f"{arrived.topic}: {fault}"] += 1
+        if not believed(fault):
+            return
+        if isinstance(value, Pose):
+            self._see(taken, value)
+        elif isinstance(value, Imu):
+            self._imu = (taken, value)
+        elif isinstance(value, Joints):
+            self._bend(taken, value, arrived.topic)
+
+    def measurement(self, now: float, commanded: np.ndarray) -> tuple[Measurement | None, float]:
+        """The measurement of now and when its pose was taken; None while something has never come or is old.
+
+        Args:
+            now: the pacer's time, s.
+            commanded: vectoring angles, which stand in for measured ones, rad.
+        """
+        if self._pose is None or self._imu is None or self._joints is None:
+            return None, -math.inf
+        taken, pose = self._pose
+        oldest = min(self._imu[0], self._joints[0])
+        if now - oldest > OLDEST:
+            self.counts["imu or joint_states too old"] += 1
+            taken = min(taken, oldest)
+        joints = self._joints[1]
+        vectoring = commanded if self._vectoring is None else self._vectoring
+        age = now - self._pose[0]
+        return self._moved(pose, joints, vectoring)._replace(capture_age=age), taken
+
+    def _see(self, taken: float, pose: Pose) -> None:
+        """A new pose, and its velocity."""
+        if self._pose is not None:
+            before, last = self._pose
+            way = np.array(pose.position) - np.array(last.position)
+            self._velocity = _differenced(self._velocity, way, taken - before, LOW_PASS)
+        self._pose = (taken, pose)
+
+    def _bend(self, taken: float, value: Joints, topic: str) -> None:
+        """New joint angles, by name; without names in the robot's order."""
+        names = value.names or (*self._names.joints, *self._names.gimbals)[: len(value.angles)]
+        known = dict(zip(names, value.angles, strict=False))
+        if len(names) != len(value.angles) or len(known) != len(names):
+            self.counts[f"{topic}: wrong size"] += 1
+        elif not set(self._names.joints) <= known.keys():
+            self.counts[f"{topic}: wrong joint names"] += 1
+        else:
+            angles = np.array([known[name] for name in self._names.joints], dtype=float)
+            if self._joints is not None:
+                rates = self._bending[: len(angles)]
+                self._bending[: len(angles)] = _differenced(
+                    rates, angles - self._joints[1], taken - self._joints[0], JOINT_LOW_PASS
+                )
+            self._joints = (taken, angles)
+            if set(self._names.gimbals) <= known.keys():
+                self._vectoring = np.array([known[name] for name in self._names.gimbals], dtype=float)
+
+    def _moved(self, pose: Pose, joints: np.ndarray, vectoring: np.ndarray) -> Measurement:
+        """The measurement of the measured link; one that no watchdog believes where a number is none."""
+        assert self._imu is not None
+        gyro, force = np.array(self._imu[1].gyro), np.array(self._imu[1].acceleration)
+        turn = np.array(pose.quaternion)
+        size = float(np.sqrt(np.sum(np.clip(turn, -2.0, 2.0) ** 2)))
+        angles, others = np.concatenate([joints, vectoring]), np.array([*gyro, *pose.position])
+        sane = (np.abs(angles) < _TURNED).all() and (np.abs(others) < BEYOND).all()
+        if not (sane and abs(size - 1.0) < 0.1):
+            nothing = nothing_measured(self._robot, self.has_imu)
+            return nothing._replace(joint_angles=joints, vectoring_angles=vectoring)
+        frames = frames_at(self._frames, joints, vectoring)
+        R = rotation_from_quaternion(turn / size) @ frames.R_root_link.T
+        rates, moving, imu = frames.R_root_link @ gyro, np.zeros(3), ABSENT
+        mount = self._robot.description.imu
+        if self.has_imu:
+            place = self._robot.imu_at(joints, vectoring, self._bending)
+            rates, moving = rates - place.rates, place.velocity
+            imu = Felt(mount.R.T @ gyro, mount.R.T @ force)
+        velocity = self._velocity - R @ (np.cross(rates, frames.link) + moving)
+        position, turn = np.array(pose.position) - R @ frames.link, quaternion_from_rotation(R)
+        return Measurement(position, turn, velocity, rates, joints, vectoring, imu=imu)
+
+
+def _differenced(rate: np.ndarray, way: np.ndarray, gap: float, cutoff: float) -> np.ndarray:
+    """A rate after a way, behind a low pass (Hz); what is no number leaves it, the gates see to that."""
+    part = 1.0 - math.exp(-2.0 * math.pi * cutoff * gap)
+    with np.errstate(invalid="ignore", over="ignore"):
+        moved = rate + part * (way / max(gap, 1e-3) - rate)
+    return moved if np.isfinite(moved).all() else rate

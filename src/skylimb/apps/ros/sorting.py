@@ -1,0 +1,91 @@
+"""What arrives is sorted: orders, requests, missions, the battery; sensors from one sender only."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from skylimb.analysis.exchange.lab_topics import (
+    ACK,
+    BATTERY,
+    FOREIGN,
+    MISSION,
+    ORDERS,
+    PWMS,
+    SENSORS,
+)
+from skylimb.analysis.exchange.messages import Joy
+from skylimb.apps.ros.battery import percentage
+from skylimb.apps.ros.limits import FlightLimits
+from skylimb.apps.ros.messages import Arrived
+from skylimb.apps.ros.radio import ordered, steered
+from skylimb.apps.ros.states import Order
+from skylimb.apps.ros.tick import Received, Request
+
+_ORDERS = {topic.name: Order(topic.name.rpartition("/")[2]) for topic in ORDERS}
+_SENSORS = frozenset(topic.name for topic in SENSORS)
+_MOST_REQUESTS = 8
+"""Requests that are looked at in a tick: the newest."""
+
+
+class MessageSorter:
+    """Sorts what arrives.
+
+    Args:
+        cells: of the battery, in series.
+        sense: takes what a sensor says.
+        limits: of what a radio's sticks ask for.
+    """
+
+    def __init__(
+        self,
+        cells: int,
+        sense: Callable[[Arrived], None] = lambda arrived: None,
+        limits: FlightLimits | None = None,
+    ) -> None:
+        self._cells, self._sense, self._limits = cells, sense, limits or FlightLimits()
+        self._joy: Joy | None = None
+        self._senders: dict[str, str] = {}
+        self.counts: Counter[str] = Counter()
+
+    def sort(self, arrived: Iterable[Arrived]) -> Received:
+        """Everything that came, in its order."""
+        orders, requests, said = list[Order](), list[Request](), dict[str, Any]()
+        for one in arrived:
+            if one.topic in _ORDERS:
+                orders.append(_ORDERS[one.topic])
+            elif one.topic in _SENSORS:
+                said |= self._of_the_robot(one)
+            elif isinstance(one.value, Joy):
+                orders += ordered(self._joy, one.value, self._limits.pad)
+                self._joy, asked = one.value, steered(one.value, self._limits)
+                requests += [] if asked is None else [asked]
+                said |= {"radio": one.at, "taken_over": asked is not None}
+            elif one.topic in (MISSION.name, FOREIGN):
+                said["mission" if one.topic == MISSION.name else "foreign"] = one.value
+            elif isinstance(one.value, Request):
+                requests.append(one.value)
+        if len(requests) > _MOST_REQUESTS:
+            self.counts["requests thrown away"] += len(requests) - _MOST_REQUESTS
+        # A user's newest order stands for all alike before it.
+        orders = list(dict.fromkeys(orders))
+        return Received(tuple(orders), tuple(requests[-_MOST_REQUESTS:]), **said)
+
+    def _of_the_robot(self, one: Arrived) -> dict[str, Any]:
+        """What is received of a message of its first sender; a sensor's is handed on."""
+        if self._senders.setdefault(one.topic, one.sender) != one.sender:
+            self.counts[f"second publisher of {one.topic}"] += 1
+        elif one.topic == ACK.name:
+            return {"acknowledged": int(one.value)}
+        elif one.topic == PWMS.name:
+            return {"armed": one.value.armed}
+        elif one.topic == BATTERY.name:
+            charge = percentage(float(one.value), self._cells)
+            if not math.isnan(charge):
+                return {"battery": charge}
+            self.counts["battery voltage is no number"] += 1
+        else:
+            self._sense(one)
+        return {}

@@ -1,4 +1,0 @@
-"""The bridge to ROS 1: the only place where rospy is imported, and nothing but moving messages.
-
-subscribers -> inbox -> plain messages -> a profile's tick -> plain messages -> publishers
-"""

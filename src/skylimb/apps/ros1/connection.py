@@ -1,0 +1,91 @@
+"""ROS 1 in its own process: rospy's subscribers and publishers, and no flight."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from skylimb.analysis.exchange.message_types import Definitions
+from skylimb.apps.ros.inbox import Inbox, Raw
+from skylimb.apps.ros.outbox import Outbox
+from skylimb.apps.ros.profile import profile_topics
+from skylimb.apps.ros1.installation import require_ros
+from skylimb.apps.ros1.master import MasterWatch
+
+
+class Rospy:
+    """The `Connection` of rospy.
+
+    Args:
+        profile: one of `PROFILES`.
+        messages: folders of .msg files.
+        namespace: of the lab's topics.
+        servos: whether it speaks with the servos in their own counts.
+    """
+
+    def __init__(self, profile: str, messages: Sequence[str], namespace: str, servos: bool) -> None:
+        require_ros()
+        import rospy
+
+        rospy.init_node(f"skylimb_{profile}", disable_signals=True)
+        definitions, topics, name = Definitions(messages), profile_topics(profile, servos), rospy.get_name()
+        self._inbox = Inbox(topics.subscribed, definitions, namespace, time.monotonic, _subscribe, name)
+        self._outbox = Outbox(topics.published, definitions, namespace, _Publisher)
+        self._master = MasterWatch({topic.full(namespace) for topic in topics.commands}, name)
+        self.take, self.publish = self._inbox.take, self._outbox.publish
+
+    @property
+    def gone(self) -> bool:
+        """Whether ROS shuts down."""
+        import rospy
+
+        return rospy.is_shutdown()
+
+    @property
+    def faults(self) -> Counter[str]:
+        """How often each was met."""
+        return self._inbox.counts + self._outbox.counts + Counter({"master is gone": self._master.gone})
+
+    @property
+    def foreign(self) -> tuple[str, ...] | None:
+        """Who else commands the robot."""
+        return self._master.foreign
+
+    def close(self) -> None:
+        """Leave the master."""
+        import rospy
+
+        self._master.close()
+        rospy.signal_shutdown("done")
+
+
+def _subscribe(name: str, take: Callable[[Raw], None]) -> Any:
+    import rospy
+
+    def callback(message: Any) -> None:
+        header = message._connection_header
+        md5, kind, sender = (str(header.get(key, "")) for key in ("md5sum", "type", "callerid"))
+        take(Raw(message._buff, md5, kind, sender, 0.0))
+
+    return rospy.Subscriber(name, rospy.AnyMsg, callback, queue_size=100, tcp_nodelay=True)
+
+
+class _Publisher:
+    """A publisher of serialized messages; rospy has only subscribers of them."""
+
+    def __init__(self, name: str, described: tuple[str, str, str], queue: int, latch: bool) -> None:
+        import rospy
+
+        names = ("_type", "_md5sum", "_full_text")
+        self._cls: Any = type("Serialized", (rospy.AnyMsg,), dict(zip(names, described, strict=True)))
+        self._publisher = rospy.Publisher(name, self._cls, queue_size=queue, latch=latch, tcp_nodelay=True)
+
+    def publish(self, data: bytes) -> None:
+        message = self._cls()
+        message.deserialize(data)
+        self._publisher.publish(message)
+
+    def get_num_connections(self) -> int:
+        return self._publisher.get_num_connections()

@@ -1,0 +1,43 @@
+"""Clocks of the sensors are set in flight: the robot hovers on."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from skylimb.analysis.exchange import lab_topics as topics
+from skylimb.apps.ros.messages import Outgoing
+from skylimb.apps.ros.states import FlightState
+from wired import Wire
+
+STEPS = (
+    (topics.MOCAP, -0.3),
+    (topics.MOCAP, 0.3),
+    (topics.MOCAP, -2.0),
+    (topics.JOINT_STATES, -2.0),
+    (topics.IMU, 0.3),
+)
+
+
+def test_a_clock_that_is_set_moves_no_robot() -> None:
+    wire = Wire()
+    wire.hover()
+    wire.fly(2.0)
+    wire.where.clear()
+    ahead = {topic.name: 0.0 for topic, _ in STEPS}
+
+    def spoil(one: Outgoing) -> Outgoing:
+        step = ahead.get(one.topic.name)
+        return one if step is None else Outgoing(one.topic, replace(one.value, stamp=one.value.stamp + step))
+
+    wire.spoil = spoil
+    for topic, step in STEPS:
+        ahead[topic.name] += step
+        wire.fly(0.7)
+        assert wire.pilot.faults[f"{topic.name}: clock of the stamps was set"] > 0
+    assert wire.pilot.pilot.flying.state == FlightState.HOVER
+    assert wire.pilot.faults["too old"] < 15  # ticks that were coasted until the clock was read anew
+    assert sum(count for name, count in wire.pilot.faults.items() if name.endswith("was set")) == len(STEPS)
+    away = np.array(wire.where) - wire.where[0]
+    assert np.linalg.norm(away, axis=1).max() < 0.03

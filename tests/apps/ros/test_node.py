@@ -1,0 +1,129 @@
+"""The loop around a profile: what comes is handed on, Ctrl-C lands first, faults are said once."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from skylimb.analysis.exchange.convert import read_log
+from skylimb.analysis.exchange.frames import lab_link
+from skylimb.analysis.exchange.lab_topics import CLOCK, DIAGNOSTICS, RECORD, ROW, STATE
+from skylimb.analysis.exchange.recorder import FlightRecorder
+from skylimb.apps.ros.both import Both
+from skylimb.apps.ros.flyer import Flyer
+from skylimb.apps.ros.messages import Arrived, Outgoing
+from skylimb.apps.ros.node import Node
+from skylimb.apps.ros.states import FlightState
+from skylimb.flight.realtime.pacer import Pacer
+from steered import ready
+
+
+class Carrier:
+    """Hands over what is due at a tick, and keeps what is published."""
+
+    def __init__(self, script: dict[int, Any], ends: int) -> None:
+        self.script, self.ends, self.k = script, ends, 0
+        self.published: list[Outgoing] = []
+        self.met: Counter[str] = Counter()
+
+    @property
+    def closed(self) -> bool:
+        return self.k >= self.ends
+
+    def take(self) -> list[Arrived]:
+        self.k += 1
+        todo = self.script.get(self.k)
+        if callable(todo):
+            todo()
+            return []
+        return [Arrived(topic, None, "/client", time.monotonic()) for topic in todo or ()]
+
+    def carry(self, messages: list[Outgoing]) -> None:
+        self.published += messages
+
+    @property
+    def faults(self) -> Counter[str]:
+        return self.met
+
+    def of(self, topic: Any) -> list[Any]:
+        return [value for name, value in self.published if name == topic]
+
+
+class Clock:
+    def __init__(self, busy: Callable[[], float] = lambda: 0.0) -> None:
+        self.time, self.busy = 0, busy
+
+    def pacer(self, period: float) -> Pacer:
+        return Pacer(period, lambda: self.time, self.sleep, spin=0.0)
+
+    def sleep(self, seconds: float) -> None:
+        self.time += round((seconds + self.busy()) * 1e9)
+
+
+def node(
+    carrier: Carrier, recorder: FlightRecorder | None = None, busy: Callable[[], float] = lambda: 0.0
+) -> tuple[Node, Both, list[str]]:
+    takeoff, controller = ready("hybrid")
+    pacer, said = Clock(busy).pacer(takeoff.period), list[str]()
+    missions = {"paper": takeoff.mission}
+    both = Both(takeoff, Flyer(takeoff, controller, missions, lab_link(takeoff.robot), pacer))
+    bridge: Any = carrier
+    return Node(both, bridge, pacer, said.append, recorder=recorder), both, said
+
+
+def test_ctrl_c_lands_before_it_ends(tmp_path: Path) -> None:
+    def interrupt() -> None:
+        os.kill(os.getpid(), signal.SIGINT)
+
+    carrier = Carrier({2: ["teleop_command/start"], 20: ["teleop_command/takeoff"], 1300: interrupt}, 6000)
+    recorder = FlightRecorder(tmp_path)
+    flying, both, said = node(carrier, recorder)
+    flying.spin()
+    recorder.close()
+    assert said[:4] == ["ARM_OFF -> START", "START -> ARM_ON", "ARM_ON -> TAKEOFF", "TAKEOFF -> HOVER"]
+    assert said[-2:] == ["HOVER -> LAND", "LAND -> STOP"]
+    assert carrier.k < 6000
+    assert both.plant.stands
+    assert carrier.of(STATE)[-1] in (4, 6)
+    assert len(carrier.of(RECORD)) == 1
+    assert len(carrier.of(ROW)) > 500
+    assert [kept.name for kept in both.kept] == ["flight"]
+    flown, kept = both.kept[0].run().log, read_log(tmp_path / "01-flight.mcap").run.log
+    assert flown.sizes["time"] == len(carrier.of(ROW))
+    np.testing.assert_array_equal(kept.thrusts_command, flown.thrusts_command)
+
+
+def test_a_busy_computer_is_slow_and_flies_the_same_flight() -> None:
+    """Two ticks of three begin late, by up to a second: not a bit of the flight is another."""
+    rng, flown = np.random.default_rng(3), []
+    for busy in (lambda: 0.0, lambda: float(rng.choice([0.0, 0.02, 1.0], p=[0.3, 0.6, 0.1]))):
+        carrier = Carrier({2: ["teleop_command/start"], 20: ["teleop_command/takeoff"]}, 1500)
+        flying, both, _ = node(carrier, busy=busy)
+        flying.spin()
+        assert both.pilot.flying.state == FlightState.HOVER
+        assert not both.faults
+        flown.append([value["data"] for value in carrier.of(ROW)])
+        clock = [value["clock"] for value in carrier.of(CLOCK)]
+        np.testing.assert_allclose(np.diff(clock), 0.005, atol=1e-6)
+    assert max(flying.timing.late) > 0.5
+    np.testing.assert_array_equal(*flown)
+
+
+def test_it_ends_when_the_middleware_is_gone_and_says_each_fault_once() -> None:
+    carrier = Carrier({300: lambda: carrier.met.update({"master is gone": 1})}, 900)
+    flying, _, said = node(carrier)
+    flying.spin()
+    assert said == ["fault: master is gone", "the middleware's process is gone"]
+    shown = carrier.of(DIAGNOSTICS)
+    status = [one["status"][0] for one in shown]
+    assert [one["level"] for one in status] == [0, 1, 0, 0]
+    assert status[1]["message"] == "master is gone (1)"
+    assert {"key": "master is gone", "value": "1"} in status[-1]["values"]
+    assert len(flying.timing.late) == 900

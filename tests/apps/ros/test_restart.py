@@ -1,0 +1,134 @@
+"""A controller that dies, a capture that is gone, a board that nobody here armed: the robot comes down."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from skylimb.analysis.exchange import lab_topics as topics
+from skylimb.apps.ros.grounded import STAND
+from skylimb.apps.ros.limits import FlightLimits
+from skylimb.apps.ros.messages import Outgoing
+from skylimb.apps.ros.states import FlightState
+from wired import Wire
+
+HALT, FORCE, LAND = (f"teleop_command/{word}" for word in ("halt", "force_landing", "land"))
+
+
+@pytest.fixture
+def hovering() -> Wire:
+    wire = Wire()
+    wire.hover()
+    return wire
+
+
+def killed(wire: Wire, seconds: float = 0.3) -> None:
+    """The controller dies, and begins anew after some time in which nobody commands the robot."""
+    wire.fly_alone(seconds)
+    wire.restart()
+
+
+def test_a_controller_that_begins_anew_in_hover_lands_the_robot(hovering: Wire) -> None:
+    killed(hovering)
+    hovering.fly(0.5)
+    assert "the flight controller is armed, and nobody here armed it: landing" in hovering.said
+    assert hovering.pilot.pilot.flying.state == FlightState.LAND
+    hovering.until(FlightState.STOP, 10.0)
+    hovering.until(FlightState.ARM_OFF, 1.0)
+    assert hovering.sinks() < 0.8
+    assert not hovering.armed
+    assert hovering.where[-1][2] < STAND + 0.01
+
+
+def test_a_controller_that_begins_anew_may_go_on_hovering() -> None:
+    wire = Wire(limits=FlightLimits(adopt="hover"))
+    wire.hover()
+    before = wire.robot.plant.truth().position.copy()
+    killed(wire, 0.1)
+    wire.fly(4.0)
+    assert "the flight controller is armed, and nobody here armed it: hovering" in wire.said
+    assert wire.pilot.pilot.flying.state == FlightState.HOVER
+    assert np.linalg.norm(wire.where[-1] - before) < 0.3
+    assert abs(wire.where[-1] - wire.where[-100]).max() < 0.02  # it stands in the air
+    wire.tick(LAND)
+    wire.until(FlightState.ARM_OFF, 12.0)
+    assert not wire.armed
+
+
+def test_rotors_that_the_supervisor_cuts_are_disarmed(hovering: Wire) -> None:
+    flight = hovering.pilot.pilot.flight
+    assert flight is not None
+    flight._guard.stop()
+    hovering.until(FlightState.STOP, 0.1)
+    hovering.until(FlightState.ARM_OFF, 0.2)
+    assert not hovering.armed
+    assert "the supervisor has cut the rotors: the flight controller is disarmed" in hovering.said
+
+
+@pytest.mark.parametrize("order", [HALT, FORCE])
+def test_whoever_believes_that_nothing_flies_stops_it_all_the_same(hovering: Wire, order: str) -> None:
+    killed(hovering, 0.05)
+    hovering.tick(order)
+    hovering.fly(0.1)
+    assert (not hovering.armed) == (order == HALT)
+    hovering.until(FlightState.ARM_OFF, 10.0)
+    assert not hovering.armed
+
+
+def test_a_capture_that_is_gone_for_good_ends_on_the_ground_with_its_motors_off(hovering: Wire) -> None:
+    hovering.spoil = lambda one: None if one.topic is topics.MOCAP else one
+    hovering.fly(0.7)
+    assert hovering.pilot.pilot.flying.force_landing
+    hovering.until(FlightState.ARM_OFF, 6.0)
+    assert any(words.startswith("blind landing ends") for words in hovering.said)
+    # Its last thrusts still carry a part of it, so it may slide; but it is down.
+    assert hovering.robot.plant.truth().position[2] == pytest.approx(STAND, abs=0.01)
+    assert not hovering.armed
+
+
+def test_nothing_is_measured_any_more_and_it_ends_by_its_time(hovering: Wire) -> None:
+    hovering.spoil = lambda one: one if one.topic in (topics.ACK, topics.PWMS) else None
+    hovering.until(FlightState.ARM_OFF, 8.0)
+    assert any("it must be down after" in words for words in hovering.said)
+    assert not hovering.armed
+
+
+def test_a_disarm_that_was_not_heard_is_repeated(hovering: Wire) -> None:
+    deaf = True
+
+    def spoil(one: Outgoing) -> Outgoing | None:
+        return None if deaf and one.topic is topics.CONFIG else one
+
+    hovering.spoil_down = spoil
+    hovering.tick(HALT)
+    hovering.fly(1.0)
+    assert hovering.armed
+    assert hovering.pilot.pilot.flying.state == FlightState.STOP
+    deaf = False
+    hovering.until(FlightState.ARM_OFF, 0.2)
+    assert not hovering.armed
+
+
+def test_a_board_that_is_armed_by_somebody_else_after_a_flight_is_stopped(hovering: Wire) -> None:
+    hovering.tick(HALT)
+    hovering.until(FlightState.ARM_OFF, 0.2)
+    hovering.down.append(Outgoing(topics.CONFIG, 0))
+    hovering.tick()
+    assert hovering.armed
+    hovering.fly(0.6)
+    assert "the flight controller is armed still: it is stopped again" in hovering.said
+    assert not hovering.armed
+
+
+def test_a_robot_that_lies_on_its_side_does_not_start() -> None:
+    wire = Wire()
+    plant = wire.robot.plant
+    plant._data.qpos[3:7] = [np.cos(0.8), np.sin(0.8), 0.0, 0.0]
+    plant._stands = plant._data.qpos[0:7].copy()
+    wire.fly(0.2)
+    wire.tick("teleop_command/start")
+    assert wire.pilot.pilot.flying.state == FlightState.ARM_OFF
+    assert wire.said == ["start is refused: position: not known (a fresh pose, gyro and joint angles)"]
+    wire.fly(4.0)  # it is believed that somebody has laid it down
+    wire.tick("teleop_command/start")
+    assert wire.said[-1] == "start is refused: attitude: 1.6 rad of tilt (at most 0.2)"

@@ -1,0 +1,197 @@
+"""The lab's flight states, one transition after another, and what they refuse."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from skylimb.apps.ros.battery import percentage
+from skylimb.apps.ros.limits import FlightLimits
+from skylimb.apps.ros.states import (
+    FORCE_LANDING,
+    LOW_BATTERY,
+    Arming,
+    FlightState,
+    Flying,
+    Order,
+    Seen,
+    advance,
+)
+
+LIMITS = FlightLimits()
+HERE = np.array([1.0, 2.0, 0.2])
+UP = np.array([1.0, 2.0, 0.6])
+
+
+def seen(now: float = 0.0, *orders: Order, position: np.ndarray | None = HERE, **more: object) -> Seen:
+    return replace(Seen(now, position, orders=orders), **more)
+
+
+def at(state: FlightState, **more: object) -> Flying:
+    return replace(Flying(state, origin=HERE), **more)
+
+
+def after(flying: Flying, *steps: Seen) -> tuple[Flying, list[str]]:
+    said: list[str] = []
+    for step in steps:
+        flying, words = advance(flying, step, LIMITS)
+        said += words
+    return flying, said
+
+
+def test_a_whole_flight_goes_through_the_states() -> None:
+    flying, said = after(Flying(), seen(0.0, Order.START))
+    assert (flying.state, flying.arming) == (FlightState.START, Arming.ON)
+    flying, _ = after(flying, seen(0.1), seen(0.2, acknowledged=0))
+    assert (flying.state, flying.arming) == (FlightState.ARM_ON, None)
+    flying, _ = after(flying, seen(1.0, Order.TAKEOFF))
+    assert flying.state == FlightState.TAKEOFF
+    flying, _ = after(flying, *(seen(1.0 + 0.1 * k, position=UP, target=UP) for k in range(1, 10)))
+    assert flying.state == FlightState.TAKEOFF
+    flying, _ = after(flying, seen(2.05, position=UP, target=UP))
+    assert flying.state == FlightState.HOVER
+    flying, _ = after(flying, seen(3.0, Order.LAND, position=UP))
+    assert flying.state == FlightState.LAND
+    below = HERE - [0.0, 0.0, 0.3]
+    flying, _ = after(flying, seen(3.6, target=below), seen(4.2, target=below))
+    assert (flying.state, flying.arming) == (FlightState.STOP, Arming.OFF)
+    flying, _ = after(flying, seen(4.3), seen(4.4, acknowledged=1))
+    assert flying.state == FlightState.ARM_OFF
+    assert said == []
+
+
+@pytest.mark.parametrize("state", [one for one in FlightState if one != FlightState.ARM_OFF])
+def test_start_in_any_other_state_is_refused_and_said(state: FlightState) -> None:
+    flying, said = after(at(state, settled=0.0), seen(0.0, Order.START))
+    assert flying.state == state
+    assert said == [f"start is refused in {state.name}: it would reset the controller of this flight"]
+
+
+@pytest.mark.parametrize("state", [FlightState.HOVER, FlightState.LAND])
+def test_takeoff_in_the_air_is_refused_and_said(state: FlightState) -> None:
+    flying, said = after(at(state), seen(0.0, Order.TAKEOFF, position=UP + 5.0))
+    assert flying.state == state
+    assert said == [f"takeoff is refused in {state.name}: the robot flies already"]
+
+
+@pytest.mark.parametrize("state", [FlightState.ARM_OFF, FlightState.START, FlightState.STOP])
+def test_takeoff_before_start_is_refused(state: FlightState) -> None:
+    flying, said = after(at(state), seen(0.0, Order.TAKEOFF))
+    assert flying.state == state
+    assert "start comes first" in said[0]
+
+
+@pytest.mark.parametrize("way", [(0.31, 0.0, 0.0), (0.22, 0.22, 0.0), (0.0, 0.0, 0.31)])
+def test_takeoff_of_a_robot_that_was_moved_stops(way: tuple[float, float, float]) -> None:
+    flying, said = after(at(FlightState.ARM_ON), seen(0.0, Order.TAKEOFF, position=HERE + way))
+    assert flying.state == FlightState.STOP
+    assert "moved by more than 0.3 m" in said[0]
+    flying, _ = after(at(FlightState.ARM_ON), seen(0.0, Order.TAKEOFF, position=HERE + 0.9 * np.array(way)))
+    assert flying.state == FlightState.TAKEOFF
+
+
+def test_takeoff_settles_only_near_its_target() -> None:
+    flying = at(FlightState.TAKEOFF, settled=0.0)
+    for away in ([0.16, 0.0, 0.0], [0.0, -0.16, 0.0], [0.0, 0.0, 0.06]):
+        out, _ = after(flying, *(seen(0.2 * k, position=UP + away, target=UP) for k in range(20)))
+        assert out.state == FlightState.TAKEOFF
+    out, _ = after(flying, seen(1.1, position=None, target=UP))
+    assert out.state == FlightState.TAKEOFF
+
+
+def test_start_needs_a_position_a_battery_and_an_answer() -> None:
+    flying, said = after(Flying(), seen(0.0, Order.START, position=None))
+    assert flying.state == FlightState.ARM_OFF
+    assert "position is not known" in said[0]
+    flying, said = after(Flying(), seen(0.0, Order.START, battery=9.0))
+    assert (flying.state, flying.shown) == (FlightState.ARM_OFF, LOW_BATTERY)
+    assert said == ["low battery: 9 per cent", "start is refused: low battery"]
+    flying, said = after(at(FlightState.START), seen(5.1))
+    assert flying.state == FlightState.STOP
+    assert "not acknowledged within 5 s" in said[0]
+
+
+@pytest.mark.parametrize("state", [FlightState.TAKEOFF, FlightState.HOVER])
+def test_low_battery_lands(state: FlightState) -> None:
+    flying, said = after(at(state), seen(1.0, battery=10.0), seen(1.1, battery=9.9), seen(1.2, battery=9.8))
+    assert (flying.state, flying.shown) == (FlightState.LAND, LOW_BATTERY)
+    assert said == ["low battery: 10 per cent", "landing: low battery"]
+
+
+def test_a_landing_stops_only_a_robot_that_stands() -> None:
+    landing = at(FlightState.LAND, height=0.2)
+    below = HERE - [0.0, 0.0, 0.2]
+    for moving in (
+        seen(0.6, target=HERE),  # on its way back from a surface
+        seen(0.6, target=below, sinking=0.06),
+        seen(0.6, position=HERE - [0.0, 0.0, 0.03], target=below - 0.1),
+        seen(0.6, position=None, target=below),
+        seen(0.4, target=below),
+    ):
+        assert after(landing, moving)[0].state == FlightState.LAND
+    assert after(landing, seen(0.6, target=below))[0].state == FlightState.STOP
+
+
+def test_halt_stops_and_force_landing_shows() -> None:
+    for state in FlightState:
+        out, _ = after(at(state), seen(0.0, Order.HALT))
+        assert out.state == FlightState.STOP
+    flying, _ = after(at(FlightState.HOVER), seen(0.0, Order.FORCE_LANDING))
+    assert (flying.state, flying.shown, flying.arming) == (
+        FlightState.LAND,
+        FORCE_LANDING,
+        Arming.FORCE_LANDING,
+    )
+    for state in (FlightState.START, FlightState.ARM_ON, FlightState.STOP):  # it stands
+        assert after(at(state), seen(0.0, Order.FORCE_LANDING))[0].state == FlightState.STOP
+    flying, _ = after(Flying(), seen(0.0, Order.FORCE_LANDING, position=None))  # nobody here knows
+    assert (flying.state, flying.arming) == (FlightState.LAND, Arming.FORCE_LANDING)
+    flying, said = after(at(FlightState.HOVER), seen(0.0, broken="tilt above 1 rad"), seen(0.1, broken="x"))
+    assert (flying.shown, said) == (FORCE_LANDING, ["force landing: tilt above 1 rad"])
+    flying, _ = after(flying, seen(0.2, Order.HALT), seen(0.3, acknowledged=1))
+    assert flying.shown == FlightState.ARM_OFF
+
+
+def test_land_on_the_ground_disarms() -> None:
+    assert after(at(FlightState.ARM_ON), seen(0.0, Order.LAND))[0].state == FlightState.STOP
+
+
+def test_the_battery_is_read_by_the_labs_table() -> None:
+    assert percentage(6 * 4.2, 6) == 100.0
+    assert percentage(6 * 3.683, 6) == pytest.approx(10.0)
+    assert percentage(6 * 3.446, 6) == pytest.approx(5.0)
+    assert percentage(6 * 3.0, 6) == 0.0
+    for voltage in (float("nan"), float("inf"), 0.0, -1.0):
+        assert np.isnan(percentage(voltage, 6))
+
+
+def test_rotors_that_the_supervisor_has_cut_are_disarmed() -> None:
+    flying, said = after(at(FlightState.HOVER), seen(1.0, position=UP, cut=True))
+    assert (flying.state, flying.arming) == (FlightState.STOP, Arming.OFF)
+    assert said == ["the supervisor has cut the rotors: the flight controller is disarmed"]
+    flying, _ = after(flying, seen(2.0), seen(9.0))
+    assert flying.arming == Arming.OFF  # until it is acknowledged
+    flying, _ = after(flying, seen(9.1, acknowledged=1))
+    assert flying.state == FlightState.ARM_OFF
+    # The flight controller brings down whom nobody sees.
+    flying, _ = after(at(FlightState.LAND, force_landing=True), seen(1.0, position=None, cut=True))
+    assert (flying.state, flying.arming) == (FlightState.LAND, Arming.FORCE_LANDING)
+
+
+@pytest.mark.parametrize(
+    ("adopt", "position", "state", "forced"),
+    [
+        ("land", UP, FlightState.LAND, False),
+        ("hover", UP, FlightState.HOVER, False),
+        ("hover", None, FlightState.LAND, True),
+    ],
+)
+def test_a_flight_that_somebody_else_began_is_adopted(
+    adopt: str, position: np.ndarray | None, state: FlightState, forced: bool
+) -> None:
+    flying, limits = Flying(), replace(LIMITS, adopt=adopt)
+    for k in range(4):
+        flying, _ = advance(flying, seen(0.2 * k, position=position, armed=True), limits)
+    assert (flying.state, flying.force_landing) == (state, forced)

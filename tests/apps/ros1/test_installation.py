@@ -1,0 +1,61 @@
+"""ROS is known in the bridge alone; where it is absent, one line says what to install."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import skylimb
+from skylimb.apps.ros1.installation import require_loopback
+from skylimb.base.errors import ConfigError
+
+SOURCE = Path(skylimb.__file__).parent
+ROS = re.compile(r"^\s*(?:import|from) (rospy|rosgraph|genpy|genmsg|\w+_msgs)\b", re.MULTILINE)
+
+
+def test_nothing_else_imports_ros() -> None:
+    inside = [path for path in SOURCE.rglob("*.py") if ROS.search(path.read_text(encoding="utf-8"))]
+    assert inside
+    assert {path.parent for path in inside} == {SOURCE / "apps" / "ros1"}
+
+
+def command(*words: str) -> subprocess.CompletedProcess[str]:
+    code = "import sys; sys.modules['rospy'] = None; from skylimb.apps.cli import main; sys.exit(main())"
+    return subprocess.run(
+        [sys.executable, "-c", code, "ros", *words], capture_output=True, text=True, timeout=120, check=False
+    )
+
+
+def test_without_ros_one_line_says_what_to_install(tmp_path: Path) -> None:
+    said = command("both", "--out", str(tmp_path / "out"))
+    assert said.returncode == 2
+    assert said.stderr.startswith("skylimb: error: ROS 1 is not installed (")
+    assert "apt-get install python3-rospy" in said.stderr
+    assert said.stderr.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_mistakes_are_said_before_ros_is_looked_for() -> None:
+    assert "PROFILE = 'bot' is not one of simulator, controller, both" in command("bot").stderr
+    said = command("controller").stderr
+    assert "holds no attitude" in said
+    assert "--bare says that you know" in said
+    assert "--cells = 99 is outside of 1 .. 20" in command("both", "--cells", "99").stderr
+
+
+def test_another_machine_only_by_a_flag(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS_MASTER_URI", "http://elsewhere:11311")
+    with pytest.raises(ConfigError, match="--anywhere allows it"):
+        require_loopback(False)
+    require_loopback(True)
+    monkeypatch.setenv("ROS_MASTER_URI", "http://localhost:11311")
+    monkeypatch.setenv("ROS_HOSTNAME", "outside")
+    require_loopback(False)
+    import os
+
+    assert os.environ["ROS_IP"] == "127.0.0.1"
+    assert "ROS_HOSTNAME" not in os.environ
