@@ -159,7 +159,7 @@ def test_the_papers_slide_is_that_of_run_and_its_bag_is_replayed(
 @pytest.mark.slow
 def test_controller_and_simulator_fly_in_servo_counts(master: dict[str, str], tmp_path: Path) -> None:
     """As on the robot: motors told before arming, servos in counts, and a flight controller between them."""
-    lab = HERE.parent / "lab"
+    lab = HERE.parent / "ros" / "lab"
     common = ["--messages", str(MESSAGES), "--config", str(lab / "servo.yaml")]
     settings = ["--set", *(f"{key}={value}" for key, value in QUICK.items())]
     ros = [sys.executable, "-m", "skylimb", "ros"]
