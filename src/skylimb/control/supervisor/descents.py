@@ -17,7 +17,7 @@ import numpy as np
 from skylimb.control.planning.vectoring import nominal_posture
 from skylimb.control.supervisor.limits import Limits
 from skylimb.robots.equilibrium import can_hold, hovers
-from skylimb.robots.equilibrium_results import Within
+from skylimb.robots.equilibrium_results import Held, Within
 from skylimb.robots.model import Robot
 from skylimb.robots.starts import golden_steps
 from skylimb.symbolic import Array, abs, dot, max, where
@@ -122,10 +122,16 @@ def _descents(robot: Robot, purpose: str) -> Descents:
 def _without(robot: Robot, lost: int, q: np.ndarray, psi: np.ndarray) -> np.ndarray | None:
     """Vectoring angles, by the shortest way from the given ones."""
     rest = _others(robot, lost)
-    every = (can_hold(rest, q, psi, None, Within(lean, np.inf)) for lean in LEANS)
-    found = next((one for one in every if one and one.room >= ROOM), None)
-    if not found:
+
+    def held(lean: float) -> Held | None:
+        found = can_hold(rest, q, psi, None, Within(lean, np.inf))
+        return found if found and found.room >= ROOM else None
+
+    # Where nothing is found with the most lean, nobody searches with less.
+    widest = held(LEANS[-1])
+    if widest is None:
         return None
+    found = next(filter(None, map(held, LEANS[:-1])), widest)
     turn = found.vectoring_angles - psi
     turn -= 2.0 * np.pi * np.round(turn / (2.0 * np.pi))
     # What turns nothing but the rotor that is lost need not move.
