@@ -193,6 +193,11 @@ class PostureFamily(_Fixed):
     theta_nominal: float
     contact_side: Literal["same", "mirrored"] = "same"
 
+    @property
+    def nominal(self) -> np.ndarray:
+        """Joint angles of the nominal shape angle, rad."""
+        return self.offset + self.slope * self.theta_nominal
+
 
 @dataclass(frozen=True, eq=False)
 class RobotDescription(_Fixed):
@@ -246,6 +251,11 @@ class RobotDescription(_Fixed):
     def imu(self) -> Mount:
         """Where the IMU is; at the measured link's origin, in its axes, where the file does not say."""
         return self.imu_mount or Mount(self.measured_link)
+
+    @property
+    def moving_joints(self) -> tuple[str, ...]:
+        """Names of the shape joints, then of the vectoring joints: the order of all angles together."""
+        return (*self.shape_joints, *self.vectoring_joints)
 
     def link(self, name: str) -> Link:
         """The link of that name."""

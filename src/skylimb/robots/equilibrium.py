@@ -33,7 +33,7 @@ from skylimb.robots.equilibrium_program import programme_of
 from skylimb.robots.equilibrium_results import LEVEL, USUAL, Held, Limit, NotHeld, Within
 from skylimb.robots.loads import loads_function
 from skylimb.robots.model import Robot
-from skylimb.robots.starts import golden_steps, within_limits
+from skylimb.robots.starts import evenly, vectoring_starts
 
 _LYING = 1.5
 """Tilt, rad, beyond which no rest is sought."""
@@ -245,8 +245,7 @@ class _Question:
             return Limit("tilt", "", self.tilt, "rad")
         joint = k % (nq + nv)
         servo = description.shape_servo if joint < nq else description.vectoring_servo
-        names = [*description.shape_joints, *description.vectoring_joints]
-        return Limit("servo", names[joint], within.servo * servo.torque_limit, "N m")
+        return Limit("servo", description.moving_joints[joint], within.servo * servo.torque_limit, "N m")
 
     def _starts(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Leans with the given vectoring angles; where these may move, upright with others in reach."""
@@ -255,12 +254,8 @@ class _Question:
         for lean in _LEANS if np.any(side) else _LEANS[:1]:
             yield float(np.clip(lean, -0.5 * self.tilt, 0.5 * self.tilt)) * turned, self.psi
         if self.within.moves > 0.0 and self.robot.n_vectoring:
-            steps = np.outer(np.arange(1, _STARTS), golden_steps(self.robot.n_vectoring))
-            if self.free:
-                others = within_limits(self.robot, self.psi + 2.0 * np.pi * steps)
-            else:
-                others = self.lower + (self.upper - self.lower) * (steps % 1.0)
-            for psi in others:
+            all_around = vectoring_starts(self.robot, self.psi, _STARTS)[1:]
+            for psi in all_around if self.free else evenly(self.lower, self.upper, _STARTS - 1):
                 yield np.zeros(2), psi
 
     def _heading(self, psi: np.ndarray) -> float:

@@ -12,7 +12,7 @@ from skylimb.robots.description import Inertial
 from skylimb.robots.equilibrium_results import Held, NotHeld
 from skylimb.robots.hover import any_hover, cannot_hover, find_hover
 from skylimb.robots.model import Robot
-from skylimb.robots.starts import golden_steps, within_limits
+from skylimb.robots.starts import golden_steps, vectoring_starts, within_limits
 from skylimb.robots.validation import check_inertial, limited_by_torque
 
 _TRIES = 16
@@ -118,8 +118,7 @@ def _hovers_at(robot: Robot, q: np.ndarray, psi: np.ndarray) -> bool:
 
 
 def _refuse(robot: Robot, q: np.ndarray, found: NotHeld) -> None:
-    steps = np.outer(np.arange(_SAMPLES if robot.n_vectoring else 1), golden_steps(robot.n_vectoring))
-    angles = within_limits(robot, robot.description.vectoring_start + 2.0 * np.pi * steps)
+    angles = vectoring_starts(robot, robot.description.vectoring_start, _SAMPLES)
     ranks = [np.linalg.matrix_rank(robot.wrench_function(q, psi).full()[2:], tol=1e-7) for psi in angles]
     if max(ranks) < 4:
         raise AllocationError(

@@ -199,8 +199,7 @@ class Robot:
 
     def nominal_posture(self) -> np.ndarray:
         """Joint angles q (nq,) of the description's nominal posture, rad."""
-        posture = self.description.posture
-        return posture.offset + posture.slope * posture.theta_nominal
+        return self.description.posture.nominal
 
     @functools.cached_property
     def wrench_function(self) -> ca.Function:
@@ -238,8 +237,7 @@ class Robot:
         rates = ca.SX.sym("rates", angles.numel())
         poses = self._poses(q, psi)
         point, R = self._place(poses, mount.link, mount.xyz)
-        names = [*self.description.shape_joints, *self.description.vectoring_joints]
-        by_joint = {name: rates[index] for index, name in enumerate(names)}
+        by_joint = {name: rates[index] for index, name in enumerate(self.description.moving_joints)}
         turning = angular_velocities(self.bodies, poses, ca.SX(3, 1), by_joint)
         moved = point, R @ mount.R, ca.jtimes(point, angles, rates), turning[self.placements[mount.link].body]
         return ca.Function("imu", [q, psi, rates], list(map(ca.densify, moved)))
@@ -256,9 +254,8 @@ class Robot:
         return angles
 
     def _poses(self, q: Array, psi: Array) -> list[BodyPose]:
-        names = [*self.description.shape_joints, *self.description.vectoring_joints]
-        symbols = ca.vertcat(q, psi)
-        return body_poses(self.bodies, {name: symbols[index] for index, name in enumerate(names)})
+        angles, names = ca.vertcat(q, psi), self.description.moving_joints
+        return body_poses(self.bodies, {name: angles[index] for index, name in enumerate(names)})
 
     def _place(
         self, poses: Sequence[BodyPose], link: str, xyz: Array = (0.0, 0.0, 0.0)
@@ -312,9 +309,8 @@ class Robot:
             return pose.axis[2] * pose.angle + np.arctan2(x_axis[1], x_axis[0])
         # Counted from the nominal posture, so that it jumps by 2 pi half a turn away from there only.
         x_axis = R_tip[:2, 0]
-        posture = self.description.posture
-        nominal = posture.offset + posture.slope * posture.theta_nominal
-        start = ca.Function("x_axis", [q, psi], [x_axis])(nominal, self.description.vectoring_start).full()
+        at = self.description.posture.nominal, self.description.vectoring_start
+        start = ca.Function("x_axis", [q, psi], [x_axis])(*at).full()
         first = np.arctan2(start[1, 0], start[0, 0])
         cos, sin = np.cos(first), np.sin(first)
         return first + ca.atan2(cos * x_axis[1] - sin * x_axis[0], cos * x_axis[0] + sin * x_axis[1])

@@ -20,6 +20,18 @@ def golden_steps(n: int) -> np.ndarray:
     return root ** -np.arange(1, n + 1)
 
 
+def evenly(lower: np.ndarray, upper: np.ndarray, count: int) -> np.ndarray:
+    """As many places (count, n) as asked, spread evenly between limits (n,)."""
+    steps = np.outer(np.arange(1, count + 1), golden_steps(len(lower))) % 1.0
+    return lower + (upper - lower) * steps
+
+
+def vectoring_starts(robot: Robot, around: np.ndarray, count: int) -> np.ndarray:
+    """Vectoring angles (count, nv) in rad: the given ones, then others all around; one row if it has none."""
+    steps = np.outer(np.arange(count if robot.n_vectoring else 1), golden_steps(robot.n_vectoring))
+    return within_limits(robot, around + 2.0 * math.pi * steps)
+
+
 def within_limits(robot: Robot, angles: np.ndarray) -> np.ndarray:
     """Vectoring angles (..., nv) in rad, those of limited joints folded into their limits.
 

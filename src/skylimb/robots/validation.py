@@ -101,7 +101,7 @@ def _check_joint(joint: Joint) -> None:
 
 
 def _check_roles(description: RobotDescription) -> None:
-    roles = [*description.shape_joints, *description.vectoring_joints]
+    roles = description.moving_joints
     _check_unique("joint in shape.joints and vectoring.joints", roles)
     for joint in description.joints:
         if joint.kind != "fixed" and joint.name not in roles:
@@ -179,9 +179,9 @@ def limited_by_torque(description: RobotDescription) -> str:
 
 def _check_posture(description: RobotDescription) -> None:
     posture = description.posture
-    nominal = posture.offset + posture.slope * posture.theta_nominal
     sides = (1.0, -1.0) if posture.contact_side == "mirrored" else (1.0,)
-    for side, (name, angle) in itertools.product(sides, zip(description.shape_joints, nominal, strict=True)):
+    nominal = zip(description.shape_joints, posture.nominal, strict=True)
+    for side, (name, angle) in itertools.product(sides, nominal):
         joint = description.joint(name)
         if not joint.lower <= side * angle <= joint.upper:
             raise DescriptionError(

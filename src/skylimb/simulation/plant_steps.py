@@ -58,7 +58,7 @@ class PlantSteps:
             "vectoring_rates": (data.qvel, rates[vectoring]),
         }
         dry = {joint.name: joint.friction for joint in robot.joints}
-        self._friction = np.array([dry[name] for name in (*robot.shape_joints, *robot.vectoring_joints)])
+        self._friction = np.array([dry[name] for name in robot.moving_joints])
         brakes = servo_brakes(plant.model)
         self._brake = np.array([brakes.get(rate, 0.0) for rate in rates])
         asked = {name: memory[at] for name, (memory, at) in self._memory.items()}

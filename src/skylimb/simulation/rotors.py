@@ -137,7 +137,7 @@ def momentum_forces(
     Returns:
         (3 + nq + nv,): torque on the root in its axes, then on the joints, N m.
     """
-    names = [*robot.description.shape_joints, *robot.description.vectoring_joints]
+    names = robot.description.moving_joints
     poses = body_poses(robot.bodies, {name: joint_angles[index] for index, name in enumerate(names)})
     at = {index: names.index(body.joint.name) for index, body in enumerate(robot.bodies) if body.joint}
     by_joint = {name: rates[3 + index] for index, name in enumerate(names)}

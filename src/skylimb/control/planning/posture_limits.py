@@ -11,7 +11,7 @@ import numpy as np
 from skylimb.control.planning.hover_margins import hover_margins_function
 from skylimb.control.planning.nlp import ipopt, searches
 from skylimb.robots.model import Robot
-from skylimb.robots.starts import golden_steps, within_limits
+from skylimb.robots.starts import vectoring_starts
 
 _LEVEL = 0.02
 """Tilt of the hover in a posture that is found, in its two parts, rad."""
@@ -39,10 +39,9 @@ def nearest_posture(
     low = [least + _SPARE] * count + [-level] * 2 + [-1.0] * robot.n_joints
     high = [math.inf] * count + [level] * 2 + [1.0] * robot.n_joints
     wanted = np.asarray(joint_angles, dtype=float)
-    steps = np.outer(np.arange(_STARTS if robot.n_vectoring else 1), golden_steps(robot.n_vectoring))
     starts = [
         [*q, *psi]
-        for psi in within_limits(robot, vectoring_angles + 2.0 * math.pi * steps)
+        for psi in vectoring_starts(robot, vectoring_angles, _STARTS)
         for q in (wanted, robot.nominal_posture())
     ]
     found = searches(solver, starts, p=wanted, lbx=lower, ubx=upper, lbg=low, ubg=high)

@@ -30,7 +30,7 @@ from skylimb.robots.equilibrium import can_hold
 from skylimb.robots.equilibrium_program import rests
 from skylimb.robots.equilibrium_results import TILT, NotHeld, Within
 from skylimb.robots.model import Robot
-from skylimb.robots.starts import golden_steps
+from skylimb.robots.starts import evenly
 from skylimb.symbolic import right_inverse
 
 _STARTS = 24
@@ -140,8 +140,7 @@ def _starts(robot: Robot, start: TaskPosture) -> list[TaskPosture]:
         np.concatenate([some, np.clip(turn, -math.pi, math.pi)])
         for some, turn in zip(travel(robot), turns, strict=True)
     )
-    steps = np.outer(np.arange(1, _STARTS), golden_steps(max(len(lower), 1)))[:, : len(lower)] % 1.0
-    others = lower + (upper - lower) * steps
+    others = evenly(lower, upper, _STARTS - 1)
     return [start, *(replace(start, joint_angles=x[:nq], vectoring_angles=x[nq:]) for x in others)]
 
 

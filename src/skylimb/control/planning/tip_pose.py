@@ -19,7 +19,7 @@ import numpy as np
 from skylimb.base.errors import ConfigError, UnreachableError
 from skylimb.control.planning.nlp import ipopt, search
 from skylimb.robots.model import Robot
-from skylimb.robots.starts import golden_steps
+from skylimb.robots.starts import evenly
 
 _STARTS = 8
 _ITERATIONS = 200
@@ -93,9 +93,8 @@ def find_posture(
     held = [0.0] * (4 if target.elevation is not None else 3)
     bounds = {"lbx": lower, "ubx": upper, "lbg": [*held, *[target.clearance**2] * pairs]}
     bounds["ubg"] = [*held, *[np.inf] * pairs]
-    steps = np.outer(np.arange(1, _STARTS), golden_steps(robot.n_joints)) % 1.0
     best: tuple[float, np.ndarray] | None = None
-    for start in [np.clip(near, lower, upper), *(lower + (upper - lower) * steps)]:
+    for start in [np.clip(near, lower, upper), *evenly(lower, upper, _STARTS - 1)]:
         found = search(solver, start, p=parameters, **bounds)
         if found is not None and (best is None or found[0] < best[0] - _NEAR):
             best = found

@@ -35,7 +35,7 @@ def _relevant(robot: Robot, criteria: VectoringCriteria) -> Iterator[Any]:
     description = robot.description
     yield f"search {VERSION}"
     yield [criteria.degree, criteria.smoothing, criteria.slope, criteria.tilt]
-    joints = [*description.shape_joints, *description.vectoring_joints]
+    joints = description.moving_joints
     yield [len(description.shape_joints), len(description.vectoring_joints)]
     for body in robot.bodies:
         yield [

@@ -32,7 +32,7 @@ from skylimb.control.planning.tip_force import tip_force_map
 from skylimb.control.planning.vectoring_criteria import TORQUE, VectoringCriteria
 from skylimb.control.planning.vectoring_program import PathProgram, Posture, turns_freely
 from skylimb.robots import Robot
-from skylimb.robots.starts import golden_steps, within_limits
+from skylimb.robots.starts import vectoring_starts
 
 VERSION = 1
 """Counts up when the search changes, so that tables found by an older one are not used."""
@@ -140,8 +140,7 @@ def _starts(robot: Robot, posture: Posture) -> list[np.ndarray]:
     faces, bounded = posture.function(theta, psi)
     problem = {"x": ca.vertcat(psi, t), "p": theta, "f": -t, "g": ca.vertcat(faces - t, bounded)}
     solver = ipopt(problem, 100)
-    steps = np.outer(np.arange(_TRIES), golden_steps(n))
-    tries = within_limits(robot, robot.description.vectoring_start + 2.0 * np.pi * steps)
+    tries = vectoring_starts(robot, robot.description.vectoring_start, _TRIES)
     lower, upper = posture.limits
     free = turns_freely(lower, upper)
     bounds = {} if free.all() else {"lbx": [*lower, -np.inf], "ubx": [*upper, np.inf]}

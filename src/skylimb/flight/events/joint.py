@@ -61,7 +61,7 @@ class JointFault(Event):
 
     def require(self, context: EventContext) -> None:
         """The robot has such a joint with a servo."""
-        names = _servos(context)
+        names = context.robot.description.moving_joints
         if self.joint not in names:
             raise unknown_name("joint of an event", self.joint, names)
 
@@ -69,7 +69,7 @@ class JointFault(Event):
     def effect(cls, events: Sequence[JointFault], context: EventContext, times: np.ndarray) -> ModelRows:
         """What the engine knows of the servos, at every tick."""
         assert context.plant is not None
-        names, rotors = _servos(context), context.robot.n_rotors
+        names, rotors = context.robot.description.moving_joints, context.robot.n_rotors
         which = sorted({rotors + names.index(one.joint) for one in events})
         fields = [(name, index, entries) for index in which for name, entries in _FIELDS]
         rows = ModelRows.untouched(context.plant.model, fields, times)
@@ -81,7 +81,3 @@ class JointFault(Event):
             if one.speed is not None:
                 rows.values[ticks, first + 4 : first + 6] = one.speed
         return rows
-
-
-def _servos(context: EventContext) -> list[str]:
-    return [*context.robot.description.shape_joints, *context.robot.description.vectoring_joints]

@@ -91,7 +91,7 @@ class SensorFault(Event):
 
     def require(self, context: EventContext) -> None:
         """There is such a joint or an IMU, and frames are not older than the sensors remember."""
-        names = _joints(context)
+        names = context.robot.description.moving_joints
         if self.joint and self.joint not in names:
             raise unknown_name("encoder of an event", self.joint, names)
         sensors = context.sensors
@@ -126,7 +126,7 @@ class SensorFault(Event):
             for name in (*(_POSE if one.capture == "nan" else ()), *(_IMU if one.imu else ())):
                 part[name][ticks] = np.nan
             if one.joint:
-                angles = one.offset * (np.array(_joints(context)) == one.joint)
+                angles = one.offset * (np.array(context.robot.description.moving_joints) == one.joint)
                 part["noise.joint_angles"][ticks] += angles[: context.robot.n_joints]
                 part["noise.vectoring_angles"][ticks] += angles[context.robot.n_joints :]
         return TickRows(added)
@@ -136,7 +136,3 @@ def _small(turn: Vector3) -> np.ndarray:
     """A rotation vector as the sensors' error has it: twice the tangent of half the angle along the axis."""
     angle = float(np.linalg.norm(turn))
     return np.array(turn) * (2.0 * np.tan(0.5 * angle) / angle if angle else 1.0)
-
-
-def _joints(context: EventContext) -> list[str]:
-    return [*context.robot.description.shape_joints, *context.robot.description.vectoring_joints]

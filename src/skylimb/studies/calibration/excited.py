@@ -40,7 +40,7 @@ def motion_of(record: Record) -> str:
     place = np.ptp(record.position[used], axis=0)
     rpy = Rotation.from_matrix(record.attitude[used]).as_euler("xyz")
     tilt = np.abs(rpy[:, :2]).max()
-    names = [*record.robot.description.shape_joints, *record.robot.description.vectoring_joints]
+    names = record.robot.description.moving_joints
     joints = ", ".join(
         f"{name} over {np.ptp(angle):.2f}" for name, angle in zip(names, record.angles[used].T, strict=True)
     )

@@ -9,6 +9,7 @@ import xarray as xr
 from scipy.ndimage import median_filter
 
 from skylimb.analysis.recording.run import Run
+from skylimb.analysis.scores.signals import phase_names, stretches
 from skylimb.base.errors import ConfigError
 from skylimb.robots.model import Robot
 
@@ -139,17 +140,16 @@ def free_pieces(run: Run, dt: float) -> tuple[tuple[int, int], ...]:
     free = np.ones(log.sizes["time"], dtype=bool)
     touches = tomllib.loads(run.config).get("approach", {}).get("contact", True)
     if "phase" in log and touches:
-        names = str(log["phase"].attrs.get("flag_meanings", "")).split()
-        allowed = [names.index(name) for name in ("hover", "tare", "hover_end") if name in names]
-        free = np.isin(log["phase"].values, allowed)
+        names = phase_names(log)
+        allowed = names.keys() & {"hover", "tare", "hover_end"}
+        free = np.isin(log["phase"].values, [names[name] for name in allowed])
     if "contact" in log:
         touched = np.flatnonzero(free & (log["contact"].values > 0.0))
         if len(touched):
             at = float(log["time"].values[touched[0]])
             raise ConfigError(f"the flight of '{run.name}' touched something at {at:.3f} s in free flight")
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], free.astype(int), [0]])))
     margin = round(MARGIN / dt)
-    pieces = [(int(a) + margin, int(b) - margin) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+    pieces = [(begin + margin, end - margin) for begin, end in stretches(free)]
     pieces = [piece for piece in pieces if (piece[1] - piece[0]) * dt >= SHORTEST_PIECE]
     found = sum(b - a for a, b in pieces) * dt
     if found < SHORTEST - 2.0 * MARGIN:

@@ -23,7 +23,7 @@ import numpy as np
 
 from skylimb.base.packing import Layout
 from skylimb.robots.description import RobotDescription
-from skylimb.robots.kinematics import body_poses, composite
+from skylimb.robots.kinematics import angular_velocities, body_poses, composite
 from skylimb.robots.model import Robot
 from skylimb.symbolic import cross
 
@@ -66,34 +66,23 @@ def root_mass(robot: Robot) -> tuple[float, np.ndarray]:
 @functools.lru_cache(maxsize=8)
 def _function(robot: Robot) -> ca.Function:
     """(angles, rates) -> the flat mechanics, over a block of ticks."""
-    description = robot.description
-    names = [*description.shape_joints, *description.vectoring_joints]
+    names = robot.description.moving_joints
     angles, rates = ca.SX.sym("angles", len(names)), ca.SX.sym("rates", len(names))
     poses = body_poses(robot.bodies, {name: angles[i] for i, name in enumerate(names)})
     cog, inertia = composite(robot.bodies, poses)
-    mass = robot.mass
-    momentum = ca.SX.zeros(3)
-    for body, pose in zip(robot.bodies, poses, strict=True):
-        centre, R = pose.point(body.com), ca.densify(ca.SX(pose.turned(np.eye(3))))
+    mass, momentum = robot.mass, ca.SX.zeros(3)
+    by_joint = {name: rates[i] for i, name in enumerate(names)}
+    spins = angular_velocities(robot.bodies, poses, ca.SX(3, 1), by_joint)
+    for body, pose, spin in zip(robot.bodies, poses, spins, strict=True):
+        centre, R = pose.point(body.com), pose.turned(np.eye(3))
         speed = ca.jacobian(centre, angles) @ rates
-        R_rate = ca.reshape(ca.jacobian(ca.vec(R), angles) @ rates, 3, 3)
-        W = R_rate @ R.T
-        spin = ca.vertcat(W[2, 1], W[0, 2], W[1, 0])
-        own = R @ body.inertia @ R.T
-        momentum += body.mass * cross(centre - cog, speed) + own @ spin
-    forces, torques = [], []
-    for rotor in description.rotors:
-        place = robot.placements[rotor.link]
-        pose = poses[place.body]
-        point = pose.point(place.xyz + place.R @ rotor.xyz)
-        axis = pose.turned(place.R @ rotor.R[:, 2])
-        forces.append(axis)
-        torques.append(cross(point - cog, axis) + rotor.drag_torque_coefficient * axis)
+        momentum += body.mass * cross(centre - cog, speed) + R @ body.inertia @ R.T @ spin
+    by_rotor = robot.wrench_function(*ca.vertsplit(angles, [0, robot.n_joints, len(names)]))
     made = Mechanics(
         cog,
         ca.jacobian(cog, angles) @ rates,
-        ca.horzcat(*forces),
-        ca.horzcat(*torques),
+        by_rotor[:3, :],
+        by_rotor[3:, :],
         (0.5 * ca.trace(inertia) * ca.SX.eye(3) - inertia) / mass,
         momentum / mass,
     )

@@ -17,9 +17,10 @@ import functools
 import casadi as ca
 import numpy as np
 
+from skylimb.base.rotations import small_rotation
 from skylimb.flight.drivers.machine_code import fastest
 from skylimb.studies.calibration.scan import scan
-from skylimb.studies.calibration.step_model import MEASURED, STATES, StepModel, small_rotation
+from skylimb.studies.calibration.step_model import MEASURED, STATES, StepModel
 from skylimb.studies.calibration.steps import Filtered, Noise, Predicted, Steps
 
 START = (0.05, 0.3, 0.05, 0.1)
@@ -94,9 +95,7 @@ class Predictor:
 
     def start(self, steps: Steps, theta: np.ndarray) -> np.ndarray:
         """The state that the first frame suggests, at rest, (18,)."""
-        R = steps.attitude[0].reshape(3, 3) @ np.asarray(ca.DM(small_rotation(ca.SX(-theta[0:3])))).astype(
-            float
-        )
+        R = steps.attitude[0].reshape(3, 3) @ small_rotation(-theta[0:3])
         p = steps.position[0] + R @ (steps.cog[0] + theta[3:6])
         return np.concatenate([p, np.zeros(3), R.ravel(), np.zeros(3)])
 

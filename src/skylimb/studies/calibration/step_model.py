@@ -22,7 +22,7 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from skylimb.base.rotations import hat, vee
+from skylimb.base.rotations import small_rotation, vee
 from skylimb.studies.calibration.mechanics import layout
 from skylimb.studies.calibration.steps import Steps
 from skylimb.symbolic import cross
@@ -35,12 +35,6 @@ MEASURED = 6
 
 _STANDS = 1e-6
 """Of a rotor that stands, N, so that its speed has a derivative."""
-
-
-def small_rotation(v: ca.SX) -> ca.SX:
-    """Rotation by a small vector, rad; exact to third order, and orthogonal (Cayley)."""
-    V = hat(0.5 * v)
-    return ca.SX.eye(3) + (2.0 / (1.0 + 0.25 * ca.sumsqr(v))) * (V + V @ V)
 
 
 def _small(R: ca.SX) -> ca.SX:

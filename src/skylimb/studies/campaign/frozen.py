@@ -17,11 +17,9 @@ from typing import Any
 from skylimb.analysis.recording.versions import versions
 from skylimb.base.config import flatten, value_of
 from skylimb.base.errors import ConfigError
-from skylimb.base.keys import tables_of, units_of
 from skylimb.control.controller import (
     Controller,
     controller_from_tables,
-    controller_units,
     is_traceable,
     load_controller,
 )
@@ -29,6 +27,7 @@ from skylimb.control.corrections import read_corrections, with_corrections
 from skylimb.control.preset import preset_mapping
 from skylimb.flight.experiments.experiment import Experiment, experiment_from_mapping, experiment_tables
 from skylimb.flight.export.step import controller_step
+from skylimb.flight.flight_run import config_units
 from skylimb.robots.loader import load_robot
 from skylimb.robots.model import Robot
 from skylimb.studies.campaign.digests import code_digest, file_digests
@@ -123,10 +122,9 @@ class Campaign:
     def units(self) -> dict[str, str]:
         """Unit of everything that is drawn and has one, by its key."""
         experiment = self._experiment({}, "campaign")
-        robot, known = load_robot(experiment.robot), units_of(tables_of(experiment))
+        robot, known = load_robot(experiment.robot), dict[str, str]()
         for name in self.names:
-            gains = controller_units(self.load(name, robot))
-            known |= {f"{GAIN}{key}": unit for key, unit in gains.items()}
+            known |= config_units(experiment, self.load(name, robot))
         # An entry of a list has the unit of the list.
         whole = {key: key if key in known else key.rpartition(".")[0] for key in self.spec.vary}
         return {key: known[table] for key, table in whole.items() if table in known}

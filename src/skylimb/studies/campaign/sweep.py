@@ -23,9 +23,6 @@ from skylimb.analysis.recording import LOG_FILE, Run
 from skylimb.analysis.scores.user_scores import UserScore, load_user_scores, metrics_of
 from skylimb.base.config import to_mapping
 from skylimb.base.errors import ConfigError, unknown_name
-from skylimb.base.keys import tables_of, units_of
-from skylimb.control.controller import controller_units
-from skylimb.flight.experiments.experiment import Experiment, robot_of
 from skylimb.studies.campaign.distributions import Distribution
 from skylimb.studies.campaign.flight_queue import Interrupted, Report
 from skylimb.studies.campaign.fly_campaign import opened_queue
@@ -163,22 +160,11 @@ def _rows(
 
 def _coordinates(grids: Mapping[str, Sequence[Any]], campaign: Campaign) -> dict[str, Any]:
     """The swept values, with their units; a list as its JSON text."""
-    first = campaign.experiment_of(campaign.draw(0))
-    units = _units(first, campaign)
-    found = {}
+    units, found = campaign.units(), {}
     for key, values in grids.items():
         plain = [json.dumps(value) if isinstance(value, list | dict) else value for value in values]
         found[key] = (key, plain, {"units": units[key]} if key in units else {})
     return found
-
-
-def _units(experiment: Experiment, campaign: Campaign) -> dict[str, str]:
-    robot = robot_of(experiment)
-    units = units_of(tables_of(experiment))
-    for name in campaign.names:
-        gains = controller_units(campaign.load(name, robot))
-        units |= {f"controller.{key}": unit for key, unit in gains.items()}
-    return {**units, **{f"{key}.{i}": unit for key, unit in units.items() for i in range(8)}}
 
 
 def _with_signals(scores: xr.Dataset, home: Path, rows: Sequence[Row], names: Sequence[str]) -> xr.Dataset:

@@ -59,12 +59,12 @@ def search_gains(strategies: Any, queue: FlightQueue, name: str, start: Gains, s
         points = strategy.ask()
         tried = [from_point(point, search) for point in points[: search.trials - len(trials)]]
         flown = fly_gains(queue, [(name, gains, draws) for gains in tried])
-        costs = [cost(campaign, rows, search) for rows in flown]
-        for gains, value in zip(tried, costs, strict=True):
+        found = [cost(campaign, rows, search) for rows in flown]
+        for gains, value in zip(tried, found, strict=True):
             trials.append(Trial(name, len(trials), value, gains))
         if len(tried) < len(points):  # the budget ends within a generation, which then teaches nothing more
             break
-        strategy.tell(points, costs)
+        strategy.tell(points, found)
     return trials
 
 
@@ -90,7 +90,13 @@ def fly_gains(queue: FlightQueue, sets: Sequence[tuple[str, Gains, range]]) -> l
 
 def cost(campaign: Campaign, rows: Sequence[Row], search: Search) -> float:
     """Losses first, then the median of the objective over the successes."""
-    good = [row[search.objective] for row in rows if is_success(campaign, row)]
+    values = costs(campaign, rows, search)
+    good = values[np.isfinite(values)]
+    return _LOSS * (len(rows) - len(good)) + (float(np.median(good)) if len(good) else 0.0)
+
+
+def costs(campaign: Campaign, rows: Sequence[Row], search: Search) -> np.ndarray:
+    """The objective of each row, smaller is better; infinite where the flight was no success."""
+    values = [row[search.objective] if is_success(campaign, row) else None for row in rows]
     sign = campaign.spec.scores[search.objective].sign
-    values = [sign * value for value in good if value is not None]
-    return _LOSS * (len(rows) - len(values)) + (float(np.median(values)) if values else 0.0)
+    return np.array([np.inf if value is None else sign * value for value in values])

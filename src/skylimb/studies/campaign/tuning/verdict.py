@@ -15,7 +15,7 @@ from skylimb.studies.campaign.rows import Row
 from skylimb.studies.campaign.spec import Search
 from skylimb.studies.campaign.statistics import Paired, compare_paired, is_success, rank
 from skylimb.studies.campaign.tuning.gains import Gains
-from skylimb.studies.campaign.tuning.search import Trial, fly_gains
+from skylimb.studies.campaign.tuning.search import Trial, costs, fly_gains
 
 
 @dataclass(frozen=True)
@@ -110,24 +110,18 @@ def judge(
     tuned, columns = {}, []
     for index, name in enumerate(campaign.names):
         after, before = flown[2 * index], flown[2 * index + 1]
-        columns.append(_costs(campaign, after, search))
+        columns.append(costs(campaign, after, search))
         tuned[name] = Tuned(
             name,
             starts[name],
             found[name].gains,
             found[name].cost,
             len(trials[name]),
-            compare_paired(columns[-1], _costs(campaign, before, search), seed),
+            compare_paired(columns[-1], costs(campaign, before, search), seed),
             (_successes(campaign, after), _successes(campaign, before)),
         )
     ranks = rank(np.column_stack(columns))
     return tuned, dict(zip(campaign.names, ranks, strict=True))
-
-
-def _costs(campaign: Campaign, rows: Sequence[Row], search: Search) -> np.ndarray:
-    values = [row[search.objective] if is_success(campaign, row) else None for row in rows]
-    sign = campaign.spec.scores[search.objective].sign
-    return np.array([np.inf if value is None else sign * value for value in values])
 
 
 def _successes(campaign: Campaign, rows: Sequence[Row]) -> int:

@@ -25,6 +25,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from skylimb.analysis.scores.signals import stretches
 from skylimb.base.errors import ConfigError
 from skylimb.simulation.robot_bodies import TIP_SITE
 from skylimb.simulation.surfaces.geom import GEOM
@@ -144,11 +145,7 @@ def real_part(Y: np.ndarray) -> np.ndarray:
 def active_bands(frequencies: np.ndarray, Y: np.ndarray) -> list[tuple[float, float]]:
     """The bands of frequencies in which admittances (f, k, k) are not passive, each as its first and last."""
     inside = real_part(Y) < -_PASSIVE * np.abs(Y).max()
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(int)))
-    return [
-        (float(frequencies[a]), float(frequencies[b - 1]))
-        for a, b in zip(edges[::2], edges[1::2], strict=True)
-    ]
+    return [(float(frequencies[a]), float(frequencies[b - 1])) for a, b in stretches(inside)]
 
 
 def tip_port(point: OperatingPoint, axes: np.ndarray) -> TipPort:
