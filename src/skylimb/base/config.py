@@ -20,7 +20,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from skylimb.base.errors import ConfigError, UnknownNameError, nearest
+from skylimb.base.errors import ConfigError, UnknownNameError, did_you_mean, nearest
 from skylimb.base.keys.checks import RefusedError, check_values
 from skylimb.base.keys.configuration import is_configuration
 from skylimb.base.keys.fields import fields_of, members_of, section_of
@@ -228,7 +228,7 @@ def _unknown_key(path: tuple[str, ...], cls: type) -> UnknownNameError:
     known, below = sorted(fields_of(cls)), list(keys_of(cls))
     same_name = [key for key in below if key.rpartition(".")[2] == path[-1]]
     guess = same_name[0] if same_name else nearest(path[-1], known) or nearest(path[-1], below)
-    hint = f"; did you mean '{'.'.join((*path[:-1], guess))}'?" if guess else ""
+    hint = did_you_mean(guess and ".".join((*path[:-1], guess)))
     return UnknownNameError(f"unknown key '{'.'.join(path)}'{hint} (known here: {', '.join(known)})")
 
 

@@ -114,6 +114,11 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
     return found[0] if found else None
 
 
+def did_you_mean(guess: str | None) -> str:
+    """The end of a message that names what was meant; nothing where nothing is near."""
+    return f"; did you mean '{guess}'?" if guess else ""
+
+
 _LONG_NAME = 100
 """Letters of a wrong name that a message repeats."""
 
@@ -129,8 +134,7 @@ def unknown_name(kind: str, name: str, known: Iterable[str], endings: Iterable[s
     """
     known = sorted(known)
     files = [f"{name}{ending}" for ending in endings if os.path.isfile(f"{name}{ending}")]
-    guess = files[0] if files else nearest(name, known)
-    hint = f"; did you mean '{guess}'?" if guess else ""
+    hint = did_you_mean(files[0] if files else nearest(name, known))
     listed = ", ".join(known or ["none"]) if len(known) <= 24 else f"{', '.join(known[:24])}, ..."
     name = name if len(name) <= _LONG_NAME else f"{name[:_LONG_NAME]}..."
     return UnknownNameError(f"unknown {kind} {name!r}{hint} (known: {listed})")
@@ -139,6 +143,5 @@ def unknown_name(kind: str, name: str, known: Iterable[str], endings: Iterable[s
 def choice_error(option: str, value: str, choices: Iterable[str]) -> ConfigError:
     """An error for the value of an option that must be one of some words."""
     known = list(choices)
-    guess = nearest(value, known)
-    hint = f"; did you mean '{guess}'?" if guess else ""
+    hint = did_you_mean(nearest(value, known))
     return ConfigError(f"{option} = '{value}' is not one of {', '.join(known)}{hint}")

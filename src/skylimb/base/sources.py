@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
-from skylimb.base.errors import UnreadableError, nearest
+from skylimb.base.errors import UnreadableError, did_you_mean, nearest
 
 _MEGABYTES = {
     ".toml": 0.25, ".py": 1.0, ".yaml": 0.25, ".yml": 0.25, ".msg": 0.1, ".json": 4.0,
@@ -108,4 +108,4 @@ def _guess(path: Path) -> str:
     there: Iterable[Path] = path.parent.glob(f"*{path.suffix}") if path.parent.is_dir() else ()
     # Compared without the ending, in which all are alike.
     guess = nearest(path.stem, [entry.stem for entry in there])
-    return f"; did you mean '{path.parent / guess}{path.suffix}'?" if guess else ""
+    return did_you_mean(guess and f"{path.parent / guess}{path.suffix}")

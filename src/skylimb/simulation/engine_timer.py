@@ -10,46 +10,27 @@ from __future__ import annotations
 import ctypes
 import functools
 import sys
-import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
-from types import ModuleType
-from typing import Any
+from contextlib import ExitStack, contextmanager
 
 from skylimb.base.errors import CompileError
+from skylimb.base.shared import shared
 from skylimb.simulation.compiling import engine_library
 
-_lock = threading.Lock()
-_users = 0
-_clock: int | None = None
-_warning: Any = None
-_engine: ModuleType | None = None
 
-
+@shared
 @contextmanager
 def without_timer() -> Iterator[None]:
-    """Take the engine's clock away, and its voice; who comes last puts them back."""
-    global _users, _clock, _engine, _warning  # noqa: PLW0603 - the engine has one of each for the whole process
-    slot = _slot()
-    with _lock:
-        if _users == 0:
-            _engine = sys.modules.get("mujoco")  # what flies a real robot has none
-            if _engine is not None:
-                _warning = _engine.get_mju_user_warning()
-                _engine.set_mju_user_warning(lambda message: None)
-            if slot is not None:
-                _clock, slot.value = slot.value, None
-        _users += 1
-    try:
+    """Take the engine's clock away, and its voice; who leaves last puts them back."""
+    engine, slot = sys.modules.get("mujoco"), _slot()  # what flies a real robot has no engine
+    with ExitStack() as put_back:
+        if engine is not None:
+            put_back.callback(engine.set_mju_user_warning, engine.get_mju_user_warning())
+            engine.set_mju_user_warning(lambda message: None)
+        if slot is not None:
+            put_back.callback(setattr, slot, "value", slot.value)
+            slot.value = None
         yield
-    finally:
-        with _lock:
-            _users -= 1
-            if _users == 0:
-                if _engine is not None:
-                    _engine.set_mju_user_warning(_warning)
-                if slot is not None:
-                    slot.value = _clock
 
 
 @functools.cache

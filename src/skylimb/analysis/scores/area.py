@@ -14,7 +14,7 @@ import numpy as np
 
 from skylimb.analysis.recording.run import Run
 from skylimb.analysis.scores.force import FORCE_WINDOW
-from skylimb.analysis.scores.pen_line import dense, marks
+from skylimb.analysis.scores.pen_line import between_gaps, dense, marks
 from skylimb.analysis.scores.score import DRAWING, metric
 from skylimb.analysis.scores.signals import moving_mean
 
@@ -61,12 +61,12 @@ def areas(log: xr.Dataset) -> Areas | None:
     if not {"reference_width", "contact_force_normal"} <= set(log.variables):
         return None
     line = np.column_stack([log.reference_line.values, log.reference_width.values])
-    gaps = np.flatnonzero(np.isnan(line).any(axis=1))
-    strokes = [part[np.isfinite(part).all(axis=1)] for part in np.split(line, gaps)]
     samples, points = marks(log)
     force = moving_mean(log.time.values, log.contact_force_normal.values, FORCE_WINDOW)[samples]
     width = float(log.reference_width.attrs["per_force"]) * force
-    return areas_of(np.vstack([dense(stroke) for stroke in strokes]), np.column_stack([points, width]))
+    return areas_of(
+        np.vstack([dense(stroke) for stroke in between_gaps(line)]), np.column_stack([points, width])
+    )
 
 
 def areas_of(wanted: np.ndarray, drawn: np.ndarray) -> Areas:

@@ -15,7 +15,14 @@ from skylimb.analysis.recording.run import Run
 from skylimb.analysis.scores.board import nominal_path
 from skylimb.analysis.scores.nearest import nearest
 from skylimb.analysis.scores.score import PEN, Score, metric
-from skylimb.analysis.scores.signals import contact_axis, in_contact, in_phase, phase_names, sliding_axes
+from skylimb.analysis.scores.signals import (
+    contact_axis,
+    in_contact,
+    in_phase,
+    phase_names,
+    sliding_axes,
+    stretches,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -97,10 +104,7 @@ def reference_line(log: xr.Dataset) -> list[np.ndarray]:
     its.
     """
     if "reference_line" in log:
-        points = log.reference_line.values
-        gaps = np.flatnonzero(np.isnan(points).any(axis=1))
-        parts = np.split(points, gaps)
-        return [part for part in (p[~np.isnan(p).any(axis=1)] for p in parts) if len(part) > 1]
+        return [part for part in between_gaps(log.reference_line.values) if len(part) > 1]
     if "tip_position_reference" in log:
         path = _in_plane(log, log.tip_position_reference.values[in_phase(log, "slide")])
     elif {"tip_position", "cog_position", "cog_position_reference"} <= set(log.variables):
@@ -110,6 +114,11 @@ def reference_line(log: xr.Dataset) -> list[np.ndarray]:
     moved = np.concatenate([[True], np.linalg.norm(np.diff(path, axis=0), axis=1) > 0.0]) if len(path) else []
     path = path[np.asarray(moved, dtype=bool)]
     return [path] if len(path) > 1 else []
+
+
+def between_gaps(points: np.ndarray) -> list[np.ndarray]:
+    """The parts of a line (n, k) between rows that are no numbers."""
+    return [points[begin:end] for begin, end in stretches(np.isfinite(points).all(axis=1))]
 
 
 def as_seen(log: xr.Dataset, points: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The keys of an experiment, controller or robot: a table for a terminal, a commented TOML file elsewhere."""
+"""The keys of an experiment, controller or robot, as a commented TOML file."""
 
 from __future__ import annotations
 
@@ -6,18 +6,12 @@ import re
 import sys
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from skylimb.base.keys import ANY_NAME, ANY_NUMBER, REQUIRED, KeyInfo, Table, brief, rows_of
-
-if TYPE_CHECKING:
-    from rich.console import Console
+from skylimb.base.keys import ANY_NAME, ANY_NUMBER, REQUIRED, KeyInfo, Table, rows_of
 
 _WIDTH = 79
 """Columns of the comments in a TOML file."""
-
-_WIDEST_VALUE = 20
-"""Columns of a value in a table; a longer one is cut."""
 
 
 def for_a_person() -> bool:
@@ -26,19 +20,21 @@ def for_a_person() -> bool:
 
 
 def show_keys(title: str, tables: Iterable[Table], hint: str) -> None:
-    """Print every key with value, unit, range and meaning; into a pipe, as TOML that can be read back.
+    """Print every key with value, unit, range and meaning, as TOML that can be read back.
 
     Args:
         title: what it is that has these keys.
         tables: the keys.
         hint: how one of them is changed.
     """
+    text = "\n".join(commented_toml(title, tables, hint))
     if not for_a_person():
-        print("\n".join(commented_toml(title, tables, hint)))
+        print(text)
         return
     from rich.console import Console
+    from rich.syntax import Syntax
 
-    print_tables(Console(highlight=False), title, tables, hint)
+    Console().print(Syntax(text, "toml", theme="ansi_dark", background_color="default", word_wrap=True))
 
 
 def example(tables: Iterable[Table]) -> str:
@@ -84,36 +80,6 @@ def commented_toml(title: str, tables: Iterable[Table], hint: str) -> Iterator[s
         yield from ("", tomli_w.dumps(last).rstrip())
 
 
-def print_tables(console: Console, title: str, tables: Iterable[Table], hint: str) -> None:
-    """Every key on a line, its meaning below, a heading for each table; `show_keys` has the arguments."""
-    from rich.text import Text
-
-    console.print(Text(title, "bold"))
-    for table in tables:
-        if not table.rows:
-            continue
-        heading = Text.assemble((_header(table.path), "bold"), " ", table.meaning) if table.path else Text()
-        if not table.given:
-            heading.append("  (not set)", "dim")
-        console.print(Text())
-        console.print(heading)
-        for name, value, info in table.rows:
-            print_key(console, name, _short(value), info.unit, info.range, info.meaning)
-    console.print(Text())
-    console.print(Text(hint))
-
-
-def print_key(console: Console, name: str, value: str, unit: str, *details: str) -> None:
-    """One key in a terminal: name, value and unit, and below them the details that there are."""
-    from rich.padding import Padding
-    from rich.text import Text
-
-    console.print(Text.assemble((name, "cyan"), f" = {value} {unit}".rstrip()))
-    told = "; ".join(filter(None, details))
-    if told:
-        console.print(Padding(Text(told, "dim"), (0, 0, 0, 4)))
-
-
 def _comment(text: str) -> list[str]:
     return textwrap.wrap(text, _WIDTH, initial_indent="# ", subsequent_indent="# ")
 
@@ -138,9 +104,3 @@ def _toml(value: Any) -> str:
     if isinstance(value, tuple | list):
         return f"[{', '.join(map(_toml, value))}]"
     return tomli_w.dumps({"value": value}).removeprefix("value = ").rstrip()
-
-
-def _short(value: Any) -> str:
-    """A value as TOML has it, numbers with few digits, and cut where it is long."""
-    text = brief(value)
-    return text if len(text) <= _WIDEST_VALUE else f"{text[: _WIDEST_VALUE - 3]}..."

@@ -39,8 +39,11 @@ def keys(
 
 def _print_found(word: str) -> None:
     """The keys that a word finds; a pipe gets a line each, its parts between tabs."""
+    from rich.padding import Padding
+    from rich.text import Text
+
     from skylimb.apps.catalogue.search import all_keys, search
-    from skylimb.apps.cli.key_tables import for_a_person, print_key
+    from skylimb.apps.cli.key_tables import for_a_person
     from skylimb.base.keys import brief
 
     found = search(word) if word else all_keys()
@@ -49,11 +52,13 @@ def _print_found(word: str) -> None:
     console = output.console_for() if for_a_person() else None
     for one in found:
         info, of = one.info, _named(one.of)
-        cells = (one.key, brief(info.default), info.unit, info.range, info.meaning)
+        value, about = brief(info.default), (info.range, info.meaning)
         if console is None:
-            print("\t".join((*cells, of)))
+            print("\t".join((one.key, value, info.unit, *about, of)))
         else:
-            print_key(console, *cells, f"of {of}")
+            console.print(Text.assemble((one.key, "cyan"), f" = {value} {info.unit}".rstrip()))
+            told = "; ".join(filter(None, (*about, f"of {of}")))
+            console.print(Padding(Text(told, "dim"), (0, 0, 0, 4)))
 
 
 def _named(of: Sequence[str]) -> str:

@@ -11,16 +11,15 @@ import logging
 import os
 import signal
 import sys
-import threading
 import traceback
 import warnings
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from types import FrameType
 
 from skylimb.apps.cli.arguments import parse, verb_help
 from skylimb.apps.cli.verbs import VERBS
 from skylimb.base.errors import ConfigError, SkylimbError, of_an_extra, unknown_name
+from skylimb.base.interrupts import answering
 
 DEBUG = "--debug"
 """Option of every verb: the whole traceback of an error, before its one line."""
@@ -46,8 +45,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # What a warning says is printed with the results, not in between.
     logging.getLogger("skylimb").addHandler(logging.NullHandler())
     terminated: list[int] = []
+
+    def end_as_ctrl_c_does(number: int, frame: FrameType | None) -> None:
+        """So that what was flown is kept."""
+        del frame
+        terminated.append(number)
+        raise KeyboardInterrupt(signal.Signals(number).name)
+
     try:
-        with warnings.catch_warnings(), _heard_as_ctrl_c(signal.SIGTERM, terminated):
+        with warnings.catch_warnings(), answering([signal.SIGTERM], end_as_ctrl_c_does):
             warnings.showwarning = _warn
             return _dispatch(arguments)
     except SkylimbError as error:
@@ -99,25 +105,6 @@ def _dispatch(arguments: list[str]) -> int:
         print(verb_help(verb, VERBS[verb]))
         return 0
     return parse(verb, VERBS[verb], rest)() or 0
-
-
-@contextmanager
-def _heard_as_ctrl_c(number: int, heard: list[int]) -> Iterator[None]:
-    """Let a signal end the program as Ctrl-C does, so that what was flown is kept."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-
-    def stop(number: int, frame: FrameType | None) -> None:
-        del frame
-        heard.append(number)
-        raise KeyboardInterrupt(signal.Signals(number).name)
-
-    before = signal.signal(number, stop)
-    try:
-        yield
-    finally:
-        signal.signal(number, before)
 
 
 def _notes(error: BaseException) -> list[str]:

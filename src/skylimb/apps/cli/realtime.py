@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -85,22 +86,16 @@ def fly(
     if serve:
         from skylimb.flight.realtime.simulated_robot import serve_plant
 
-        link = UdpLink(address_of(serve, anywhere))
-        print(f"the plant of {experiment} listens on {serve}; Ctrl-C ends it", flush=True)
-        try:
+        with closing(UdpLink(address_of(serve, anywhere))) as link:
+            print(f"the plant of {experiment} listens on {serve}; Ctrl-C ends it", flush=True)
             ticks = serve_plant(link, experiment, settings)
-        finally:
-            link.close()
         print(f"flown for {ticks} ticks; then the commands stopped")
         return 0
     if check:
         from skylimb.flight.realtime.fly_robot import check_robot
 
-        link = UdpLink(address_of(listen, anywhere), address_of(udp, anywhere))
-        try:
+        with closing(UdpLink(address_of(listen, anywhere), address_of(udp, anywhere))) as link:
             found = check_robot(link, experiment, settings, calibration=calibration, start=start)
-        finally:
-            link.close()
         print(*(one.line for one in found), sep="\n")
         return 0 if all(one.fine for one in found) else 1
     folder = new_folder(out, "-".join(filter(None, (stem(experiment), stem(controller or ""), *chosen))))
@@ -124,14 +119,11 @@ def fly(
                 )  # fmt: skip
             from skylimb.flight.realtime.fly_robot import fly_robot
 
-            link = UdpLink(address_of(listen, anywhere), address_of(udp, anywhere))
-            try:
+            with closing(UdpLink(address_of(listen, anywhere), address_of(udp, anywhere))) as link:
                 return fly_robot(
                     link, experiment, controller, settings, limits, progress=report,
                     calibration=calibration, recorder=recorder, start=start,
                 )  # fmt: skip
-            finally:
-                link.close()
 
     with recording(folder) as recorder:
         return _hand_over(flown(recorder), folder, realtime)

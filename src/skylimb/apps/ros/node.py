@@ -17,6 +17,7 @@ from skylimb.apps.ros.messages import Arrived, Outgoing
 from skylimb.apps.ros.piloted import Piloted
 from skylimb.apps.ros.simulated import Simulated
 from skylimb.apps.ros.tick import Tick
+from skylimb.base.interrupts import answering
 from skylimb.flight.realtime.clocked_flight import without_garbage
 from skylimb.flight.realtime.pacer import Pacer
 from skylimb.flight.realtime.preflight import Check
@@ -75,9 +76,8 @@ class Node:
 
     def spin(self) -> None:
         """Tick until there is nobody to talk to; Ctrl-C lands first, a second one ends it."""
-        before = signal.signal(signal.SIGINT, self._interrupted)
         try:
-            with without_timer(), without_garbage():
+            with answering([signal.SIGINT], self._interrupted), without_timer(), without_garbage():
                 self._pacer.start(self._pacer.period)
                 k = 0
                 while not self._done():
@@ -94,7 +94,6 @@ class Node:
                     self._say_what_happened()
                     self._took.append(self._pacer.elapsed())
         finally:
-            signal.signal(signal.SIGINT, before)
             self._profile.close()
         gone = "" if self._to_end or not self._bridge.closed else "the middleware's process is gone"
         if self._profile.over or gone:

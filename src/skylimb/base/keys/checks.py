@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from skylimb.base.errors import ConfigError, nearest
+from skylimb.base.errors import ConfigError, did_you_mean, nearest
 from skylimb.base.keys.fields import fields_of, members_of
 from skylimb.base.keys.key import Key, is_number, shown
 
@@ -149,5 +149,4 @@ def choice_problem(value: Any, choices: Sequence[Any]) -> str | None:
     if any(value == choice and type(value) is type(choice) for choice in choices):
         return None
     guess = nearest(value, [str(choice) for choice in choices]) if isinstance(value, str) else None
-    hint = f"; did you mean '{guess}'?" if guess else ""
-    return f"is not one of {', '.join(map(repr, choices))}{hint}"
+    return f"is not one of {', '.join(map(repr, choices))}{did_you_mean(guess)}"

@@ -17,6 +17,7 @@ from threading import Event
 from types import FrameType
 
 from skylimb.base.errors import OutputError
+from skylimb.base.interrupts import answering
 from skylimb.studies.campaign.engines import DEATHS, Engine, WorkerError
 from skylimb.studies.campaign.rows import LOST, QUARANTINED, make_row
 from skylimb.studies.campaign.store import Key, Store
@@ -152,9 +153,6 @@ class FlightQueue:
 def watching_interrupts() -> Iterator[Event]:
     """What the first SIGINT or SIGTERM sets; the second is a KeyboardInterrupt. Main thread only."""
     stop = Event()
-    if threading.current_thread() is not threading.main_thread():
-        yield stop
-        return
 
     def on_signal(number: int, frame: FrameType | None) -> None:
         del number, frame
@@ -162,9 +160,5 @@ def watching_interrupts() -> Iterator[Event]:
             raise KeyboardInterrupt
         stop.set()
 
-    before = {number: signal.signal(number, on_signal) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
+    with answering((signal.SIGINT, signal.SIGTERM), on_signal):
         yield stop
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)

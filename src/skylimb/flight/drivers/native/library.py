@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import functools
-import threading
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,6 +12,7 @@ import mujoco
 
 from skylimb.base.c_code import c_source
 from skylimb.base.errors import CompileError
+from skylimb.base.shared import shared
 from skylimb.flight.drivers.native.flight_struct import FlightStruct, Written
 from skylimb.flight.events import Wrench
 from skylimb.simulation.c_struct import c_declaration
@@ -64,31 +64,18 @@ def callback_library() -> ctypes.CDLL:
     return load_library(built_library("native", "flight", source))
 
 
-_lock = threading.Lock()
-_users = 0
-_previous: object = None
-
-
+@shared
 @contextlib.contextmanager
 def control_callback() -> Iterator[None]:
     """Keep the callback installed; the one that was there before serves data that carries no flight."""
-    global _users, _previous  # noqa: PLW0603 - the engine has one callback for the whole process
-    library = callback_library()
-    with _lock:
-        if _users == 0:
-            _previous = mujoco.get_mjcb_control()
-            engine = _Engine(*_functions(), ctypes.c_void_p.in_dll(_engine(), "mjcb_control").value)
-            library.skylimb_set_engine(ctypes.byref(engine))
-            mujoco.set_mjcb_control(_CONTROL(("skylimb_control", library)))
-        _users += 1
+    library, before = callback_library(), mujoco.get_mjcb_control()
+    engine = _Engine(*_functions(), ctypes.c_void_p.in_dll(_engine(), "mjcb_control").value)
+    library.skylimb_set_engine(ctypes.byref(engine))
+    mujoco.set_mjcb_control(_CONTROL(("skylimb_control", library)))
     try:
         yield
     finally:
-        with _lock:
-            _users -= 1
-            if _users == 0:
-                mujoco.set_mjcb_control(_previous)
-                _previous = None
+        mujoco.set_mjcb_control(before)
 
 
 @functools.cache
