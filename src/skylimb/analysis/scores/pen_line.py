@@ -118,7 +118,7 @@ def reference_line(log: xr.Dataset) -> list[np.ndarray]:
 
 def between_gaps(points: np.ndarray) -> list[np.ndarray]:
     """The parts of a line (n, k) between rows that are no numbers."""
-    return [points[begin:end] for begin, end in stretches(np.isfinite(points).all(axis=1))]
+    return [points[begin:end] for begin, end in stretches(np.asarray(np.isfinite(points).all(axis=1)))]
 
 
 def as_seen(log: xr.Dataset, points: np.ndarray) -> np.ndarray:
