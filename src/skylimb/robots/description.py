@@ -142,6 +142,7 @@ class Rotor(_Fixed):
         thrust_factor: thrust over squared speed, N s^2; None where the file does not say.
         inertia: of all that turns, about its axis, kg m^2; None where the file does not say.
         torque_max: greatest torque of the motor, driving and braking, N m.
+        radius: of its disc, m; None where neither the file nor a drawn propeller says it.
     """
 
     name: str
@@ -156,6 +157,7 @@ class Rotor(_Fixed):
     thrust_factor: float | None = None
     inertia: float | None = None
     torque_max: float = math.inf
+    radius: float | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,6 +16,10 @@ ThrustFactor = Annotated[float | None, Key("N s^2", "thrust over squared speed (
 RotorInertia = Annotated[
     float | None, Key("kg m^2", "of propeller and motor bell about their axis", low=0.0, high=0.1)
 ]
+RotorRadius = Annotated[
+    float | None,
+    Key("m", "radius of its disc; that of the drawn propeller when left out", above=0.0, high=2.0),
+]
 TorqueLimit = Annotated[
     float | None, Key("N m", "greatest torque of the motor, driving and braking", above=0.0, high=1e3)
 ]
@@ -64,6 +68,7 @@ class RotorSection:
     torque_limit: TorqueLimit = None
     current_limit: CurrentLimit = None
     torque_constant: TorqueConstant = None
+    radius: RotorRadius = None
     xyz: Annotated[_Place, Key("m", "origin of {F_i} in the link's frame", low=-10.0, high=10.0)] = (
         0.0,
         0.0,

@@ -14,7 +14,17 @@ from skylimb.base.config import from_mapping, parse_toml, read_toml
 from skylimb.base.errors import ConfigError, DescriptionError, UnreadableError, unknown_name
 from skylimb.base.rotations import rotation_from_rpy
 from skylimb.base.sources import Source, read_source
-from skylimb.robots.description import GRAVITY, NO_SERVO, Mount, PostureFamily, RobotDescription, Rotor, Tip
+from skylimb.robots.description import (
+    GRAVITY,
+    NO_SERVO,
+    Link,
+    Mount,
+    PostureFamily,
+    RobotDescription,
+    Rotor,
+    Tip,
+)
+from skylimb.robots.extent import drawn_radius
 from skylimb.robots.flight_check import bounded, check_robot
 from skylimb.robots.flight_file import (
     FlightFile,
@@ -161,7 +171,7 @@ def describe(flight: FlightFile, flight_source: Source, urdf: Source, tree: Tree
         root=root,
         links=links,
         joints=joints,
-        rotors=tuple(_rotor(section, index) for index, section in enumerate(flight.rotors)),
+        rotors=tuple(_rotor(section, index, links) for index, section in enumerate(flight.rotors)),
         shape_joints=shape.joints,
         vectoring_joints=vectoring.joints,
         shape_servo=shape.servo,
@@ -201,8 +211,9 @@ def _pose(xyz: Sequence[float], rpy: Sequence[float]) -> tuple[np.ndarray, np.nd
     return np.array(xyz, dtype=float), clean_rotation(rotation_from_rpy(*rpy))
 
 
-def _rotor(section: RotorSection, index: int) -> Rotor:
+def _rotor(section: RotorSection, index: int, links: Sequence[Link]) -> Rotor:
     xyz, R = _pose(section.xyz, section.rpy)
+    radius = section.radius or drawn_radius(links, section.link, xyz, R[:, 2])
     return Rotor(
         name=section.name or f"rotor{index + 1}",
         link=section.link,
@@ -217,4 +228,5 @@ def _rotor(section: RotorSection, index: int) -> Rotor:
         thrust_factor=section.thrust_factor,
         inertia=section.inertia,
         torque_max=section.torque_max,
+        radius=radius,
     )

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from skylimb.base.rotations import rot_z
+from skylimb.robots.extent import Part, parts_of
 from skylimb.robots.model import Robot
 
 
@@ -16,8 +17,8 @@ class Touch:
 
     Attributes:
         direction: in the level frame whose x axis is the tip link's, unit, (3,).
-        room: how far the tip is before the foremost rotor's middle or link's origin, m; 0 or less where it
-            is not foremost.
+        room: how far the tip is before the foremost rotor's disc, or link's shape or origin, m; 0 or less
+            where it is not foremost.
         nearest: the name of that rotor or link.
     """
 
@@ -50,28 +51,28 @@ def can_touch(
         direction: in the level frame whose x axis is the tip link's, unit; by default the one in which the
             tip is foremost by most.
     """
-    names, points, tip = _places(robot, joint_angles, vectoring_angles)
+    names, points, radii, tip = _places(robot, joint_angles, vectoring_angles)
     way = _most_foremost(points - tip) if direction is None else np.asarray(direction, dtype=float)
-    rooms = (tip - points) @ way
+    rooms = (tip - points) @ way - radii
     nearest = int(np.argmin(rooms))
     return Touch(way, float(rooms[nearest]), names[nearest])
 
 
 def _places(
     robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray
-) -> tuple[list[str], np.ndarray, np.ndarray]:
-    """Names and places of rotors' middles and of the bending links' origins, and the tip's place, m."""
-    poses = robot.link_poses(joint_angles, vectoring_angles)
-    description = robot.description
+) -> tuple[list[str], np.ndarray, np.ndarray, np.ndarray]:
+    """Names, places and radii of what may be foremost, and the tip's place, m."""
+    poses, description = robot.link_poses(joint_angles, vectoring_angles), robot.description
     bending = [description.root, *(description.joint(name).child for name in description.shape_joints)]
-    found = {name: poses[name][0] for name in bending}
-    for rotor in description.rotors:
-        place, R = poses[rotor.link]
-        found[rotor.name] = place + R @ rotor.xyz
+    parts = [*(Part(name, name, np.zeros((1, 3))) for name in bending), *parts_of(description)]
+    placed = [poses[part.link][0] + part.points @ poses[part.link][1].T for part in parts]
+    sizes = [len(points) for points in placed]
     place, R = poses[description.tip.link]
     level = rot_z(-np.arctan2(R[1, 0], R[0, 0]) if description.tip.heading == "link" else 0.0)
     tip = place + R @ description.tip.position
-    return list(found), np.array(list(found.values())) @ level.T, level @ tip
+    names = [part.name for part, size in zip(parts, sizes, strict=True) for _ in range(size)]
+    radii = np.repeat([part.radius for part in parts], sizes)
+    return names, np.concatenate(placed) @ level.T, radii, level @ tip
 
 
 def _most_foremost(points: np.ndarray) -> np.ndarray:

@@ -8,6 +8,7 @@ import numpy as np
 
 from skylimb.control.loop.flight import Flight, mission_signals
 from skylimb.control.missions.mission import Mission
+from skylimb.simulation.clearance import Clearance, least_clearance
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.surface_at import SurfaceAt, changed_surface, turned_valve
 from skylimb.simulation.surfaces import Valve
@@ -21,10 +22,12 @@ class FlightTruth(NamedTuple):
     Attributes:
         signals: by name, the ticks first.
         gaps: start and duration, s, of every time without touch.
+        clearance: of all but the tool from the surface.
     """
 
     signals: dict[str, np.ndarray]
     gaps: list[list[float]]
+    clearance: Clearance
 
 
 def flight_truth(
@@ -67,7 +70,8 @@ def flight_truth(
         **changed,
         **tool_signals(plant, flight, moved.tip_position),
     }
-    return FlightTruth(values | computed, gaps)
+    clearance = least_clearance(plant, qpos, mission.times[:ticks], touched)
+    return FlightTruth(values | computed, gaps, clearance)
 
 
 def _surface_signals(moved: SurfaceAt, table: np.ndarray) -> dict[str, np.ndarray]:

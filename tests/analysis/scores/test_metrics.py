@@ -65,7 +65,8 @@ def test_every_controller_is_held_to_the_mission(make_log):
 
 def test_groups_show_what_some_flight_has(make_log):
     log = make_log()
-    told = log.assign_attrs(tolerances=json.dumps(TOLERANCES))
+    nearest = json.dumps(["rotor1", 0.1, 2.0])
+    told = log.assign_attrs(tolerances=json.dumps(TOLERANCES), clearance=nearest)
     told = told.assign(contact_force_reference=log.contact_force_normal)
     target = told.assign(cog_position_target=log.cog_position)
     lost = make_log(status="FAILED", cause="fell")
@@ -89,7 +90,8 @@ def test_groups_show_what_some_flight_has(make_log):
     assert without == [
         key
         for key in NUMERIC_KEYS
-        if key not in of_a_tool and not key.startswith(("target_", "force_", "done", "lift_", "area_"))
+        if key not in of_a_tool
+        and not key.startswith(("target_", "force_", "done", "lift_", "area_", "clear"))
     ]
     assert shown(lost) == {}
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 
 from skylimb.analysis.recording.run import Run
@@ -43,3 +45,28 @@ def contact_losses(run: Run) -> float:
     touched = time[np.argmax(touching)] if touching.any() else np.inf
     gaps = spans(time, ~touching & in_phase(log, "slide"), 0.0)
     return float(sum(begin > touched and end - begin > LOSS_TIME for begin, end in gaps))
+
+
+def _nearest(run: Run) -> tuple[str, float, float]:
+    """The part that came nearest to the surface, by how much (m), and when (s); a NaN where none is known."""
+    part, distance, time = json.loads(run.log.attrs.get("clearance", "null")) or ("", np.nan, np.nan)
+    return part, distance, time
+
+
+def _touching(run: Run) -> str:
+    part, _, time = _nearest(run)
+    return f"'{part}' is {{value}} from the surface at t = {time:.1f} s, where the tool alone may touch"
+
+
+@metric(
+    unit="m",
+    smaller_is_better=False,
+    group=CONTACT,
+    row="least distance of a rotor's disc or a body from the surface",
+    ranked=False,
+    meaning="Least distance of any rotor's disc or body but the tool from the surface; negative behind it",
+    tolerance=Tolerance("clearance", _touching),
+)
+def clearance(run: Run) -> float:
+    """Least distance from the surface of all that is not to touch it."""
+    return _nearest(run)[1]

@@ -185,6 +185,9 @@ def _with_posture(
 
 def _report(path: Path, description: RobotDescription, mass_in: float, doubts: list[Doubt]) -> RobotReport:
     found = [*doubts, *_inertias(description)]
+    if any(rotor.radius is None for rotor in description.rotors):
+        unknown = "is neither said nor drawn, so a disc that touches a surface is not seen"
+        found.append(Doubt("radius of the rotors", unknown, "say radius in a mapping file"))
     mass = sum(link.inertial.mass for link in description.links)
     if abs(mass - mass_in) > _MASS:
         found.append(

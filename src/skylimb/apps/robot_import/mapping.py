@@ -15,6 +15,7 @@ from skylimb.robots.flight_file import (
     ImuSection,
     PostureSection,
     RotorInertia,
+    RotorRadius,
     ThrustFactor,
     TipSection,
     TorqueConstant,
@@ -54,6 +55,7 @@ class MappedRotor:
     torque_limit: TorqueLimit = None
     current_limit: CurrentLimit = None
     torque_constant: TorqueConstant = None
+    radius: RotorRadius = None
     xyz: Annotated[_Place, Key("m", "where the thrust acts, in the link's frame", low=-10.0, high=10.0)] = (
         0.0,
         0.0,

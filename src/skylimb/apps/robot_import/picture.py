@@ -11,6 +11,7 @@ import numpy as np
 from skylimb.apps.robot_import.checking import RobotReport
 from skylimb.base.rotations import rotation_from_axis_angle
 from skylimb.robots.description import RobotDescription, Visual
+from skylimb.robots.extent import rim
 
 Pose = tuple[np.ndarray, np.ndarray]
 
@@ -24,7 +25,6 @@ _VIEWS = (
 _SPINS = {1: "#0072B2", -1: "#D55E00"}
 _AXES = ("#B00020", "#2E7D32", "#1565C0")
 _INK, _GREY, _LINK = "#1A1A1A", "#9A9A9A", "#666666"
-_AROUND = np.linspace(0.0, 2.0 * np.pi, 25)
 _MOST_EDGES, _SHARP = 300, 0.3
 """Edges of a shape that are drawn at most, and the angle between two faces from which on they are, rad."""
 
@@ -97,12 +97,10 @@ def _draw(axes: Any, description: RobotDescription, poses: dict[str, Pose], *, l
     for rotor in description.rotors:
         at, R = poses[rotor.link]
         centre, frame = at + R @ rotor.xyz, R @ rotor.R
-        circle = centre + 0.09 * size * (
-            np.outer(np.cos(_AROUND), frame[:, 0]) + np.outer(np.sin(_AROUND), frame[:, 1])
-        )
+        circle = at + rim(rotor) @ R.T
         axes.plot(*circle.T, color=_SPINS[rotor.spin], lw=1.5)
         axes.quiver(*centre, *(0.16 * size * frame[:, 2]), color=_SPINS[rotor.spin], lw=1.2)
-        points += [centre + 0.16 * size * frame[:, 2]]
+        points += [centre + 0.16 * size * frame[:, 2], *circle]
         if labels:
             axes.text(*centre, rotor.name, fontsize=7, color=_INK)
     masses = np.array([max(link.inertial.mass, 0.0) for link in description.links])

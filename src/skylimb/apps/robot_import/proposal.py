@@ -135,6 +135,7 @@ def _rotors(
                 inertia=inertia,
                 torque_limit=rotor.torque_limit,
                 current_limit=rotor.current_limit,
+                radius=rotor.radius,
                 torque_constant=rotor.torque_constant,
                 xyz=rotor.xyz,
                 rpy=rotor.rpy,

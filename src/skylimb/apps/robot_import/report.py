@@ -60,7 +60,7 @@ def rotors_text(description: RobotDescription) -> str:
         lines.append(
             f"    {rotor.name:<9} at '{rotor.link}', spins {'+' if rotor.spin > 0 else '-'}z, "
             f"{rotor.thrust_min:g} .. {rotor.thrust_max:g} N, drag {abs(rotor.drag_torque_coefficient):g} m, "
-            f"lag {rotor.lag:g} s{_inertia(rotor)}{turned}"
+            f"lag {rotor.lag:g} s{_size(rotor)}{_inertia(rotor)}{turned}"
         )
     return "\n".join(lines)
 
@@ -80,6 +80,10 @@ def lost_rotors_text(description: RobotDescription) -> str:
             said = f"NOT PROTECTED, the rotors stop: the others cannot carry it; {there}"
         lines.append(f"    {rotor.name:<9} {said}")
     return "\n".join(lines)
+
+
+def _size(rotor: Rotor) -> str:
+    return "" if rotor.radius is None else f", disc of {rotor.radius:g} m"
 
 
 def _inertia(rotor: Rotor) -> str:

@@ -48,6 +48,9 @@ WITHIN = Within(TILT)
 _TRAVEL = 0.3
 """How far joints stay from their limits, so that the arm can give way, rad."""
 
+_FACING = 1e-6
+"""Keeps the derivative of how far a disc reaches finite where it faces the surface."""
+
 _NEAR = 1e-3
 """Margin given up for a squared radian nearer to the nominal posture, N m."""
 
@@ -60,14 +63,14 @@ class Task:
         pushes: of the tip on the surface, N, (k, 3).
         normals: of the surface where each acts, unit, outward, (k, 3).
         clearance: least distance between links that are not joined, m.
-        rotor_room: least distance of rotors' middles and links' origins to the plane of the surface, m.
+        room: least distance of rotors' discs and links' origins to the plane of the surface, m.
         criteria: what the vectoring angles keep.
     """
 
     pushes: np.ndarray
     normals: np.ndarray
     clearance: float = 0.1
-    rotor_room: float = 0.2
+    room: float = 0.03
     criteria: VectoringCriteria = TORQUE
 
     @property
@@ -150,7 +153,7 @@ def _nothing_holds(robot: Robot, program: _Program, task: Task, start: TaskPostu
     nearest = max((one for one in tried if one is not None), key=lambda one: one.share, default=None)
     said = f"'{robot.name}' cannot do this task: no posture holds all of the {len(task.pushes)} pushes"
     if nearest is None or nearest.share <= 0.0:
-        apart = f"links {task.clearance:g} m apart and rotors {task.rotor_room:g} m off the surface"
+        apart = f"links {task.clearance:g} m apart and rotors {task.room:g} m off the surface"
         return f"{said} within its limits, nor any share of them, with {apart}"
     there = nearest.joint_angles, nearest.vectoring_angles, nearest.heading
     judged = judged_posture(robot, task, *there)
@@ -240,7 +243,7 @@ class _Program:
         )
         lean = WITHIN.tilt
         rest, given, rooms, clear, shape = self._sizes
-        lbg = [0.0] * rest + [-np.inf] * given + [0.0] * rooms + [task.rotor_room] * clear
+        lbg = [0.0] * rest + [-np.inf] * given + [0.0] * rooms + [task.room] * clear
         lbg += [task.clearance] * shape + self._least
         ubg = [0.0] * rest + [1.0] * given + [np.inf] * (rooms + clear + shape) + self._most
         p = np.concatenate(
@@ -297,9 +300,12 @@ def _load_function(robot: Robot) -> ca.Function:
     state = robot.model(there, psi)
     off = turned_back(lean, ca.SX(rot_z(state.tip_heading - yaw)) @ normal)
     poses = robot.link_pose_function(*(rotor.link for rotor in rotors)).call([there, psi])
-    middles = [pose[:, 0] for pose in poses]
     links = ca.vertsplit(robot.skeleton(there, psi)[:-1, :])
-    clear = [ca.dot(off, point - state.tip_root) for point in (*middles, *(link.T for link in links))]
+    clear = [ca.dot(off, link.T - state.tip_root) for link in links]
+    for pose, rotor in zip(poses, rotors, strict=True):
+        middle, axis = pose[:, 0] + pose[:, 1:] @ rotor.xyz, pose[:, 1:] @ rotor.R[:, 2]
+        edge = (rotor.radius or 0.0) * ca.sqrt(1.0 - ca.dot(off, axis) ** 2 + _FACING)
+        clear.append(ca.dot(off, middle - state.tip_root) - edge)
     rest = ca.vertcat(left / robot.weight, bent)
     return ca.Function(
         "load", [q, psi, yaw, column, p, normal], [rest, given, rooms, ca.vertcat(*clear)], {"cse": True}

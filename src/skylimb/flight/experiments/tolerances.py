@@ -75,3 +75,9 @@ class Tolerances:
         0.0175
     )
     contact: Annotated[float, Key("", "least share of the time in touch", 0.0, 1.0)] = 0.95
+    clearance: Annotated[
+        float,
+        Key(
+            "m", "least distance of rotors' discs and bodies, but for the tool, from the surface", -10.0, 10.0
+        ),
+    ] = 0.0

@@ -12,7 +12,7 @@ from skylimb.base.rotations import rot_z
 from skylimb.control.planning.task_posture import Task, TaskPosture
 from skylimb.robots.equilibrium_results import NotHeld
 from skylimb.robots.model import Robot
-from skylimb.studies.planning.outline import DISC, outline
+from skylimb.studies.planning.outline import outline
 
 
 @style.styled
@@ -54,7 +54,6 @@ def _draw_robot(axes: Any, robot: Robot, posture: TaskPosture, colour: str, name
     turn = (rot_z(posture.heading - state.tip_heading) @ state.R_root_C.T)[:2]  # seen from above
     chain, rotors = outline(robot, q, psi)
     axes.plot(*(turn @ (chain - state.tip_root).T), color=colour, lw=2.0, label=name)
-    for at, axes_of_rotor in rotors:
-        disc = (at - state.tip_root)[:, None] + axes_of_rotor @ DISC
-        axes.plot(*(turn @ disc), color=colour, lw=0.8)
+    for _, _, disc in rotors:
+        axes.plot(*(turn @ (disc - state.tip_root).T), color=colour, lw=0.8)
     axes.plot(*(turn @ (state.cog_root - state.tip_root)), "*", color=colour, ms=7)

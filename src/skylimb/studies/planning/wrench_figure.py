@@ -14,7 +14,7 @@ from scipy.spatial import ConvexHull
 from skylimb.analysis.figures import style
 from skylimb.base.rotations import rot_z
 from skylimb.studies.planning.feasible_wrench import FeasibleWrench
-from skylimb.studies.planning.outline import DISC, outline
+from skylimb.studies.planning.outline import outline
 
 _AROUND = np.linspace(0.0, 2.0 * np.pi, 40)
 _AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
@@ -54,10 +54,9 @@ def _draw_robot(axes: Any, feasible: FeasibleWrench) -> None:
     chain, rotors = outline(feasible.robot, feasible.joint_angles, feasible.vectoring_angles)
     chain = (chain - state.cog_root) @ to_heading.T
     axes.plot(*chain.T, color=style.DARK, lw=2.0)
-    for (place, R), thrust in zip(rotors, state.hover_thrusts, strict=True):
-        at, turned = to_heading @ (place - state.cog_root), to_heading @ R
-        axes.plot(*(at[:, None] + turned @ DISC), color=style.TRUTH, lw=0.8)
-        up = 0.02 * thrust * turned[:, 2]
+    for (place, axis, disc), thrust in zip(rotors, state.hover_thrusts, strict=True):
+        at, up = to_heading @ (place - state.cog_root), 0.02 * thrust * to_heading @ axis
+        axes.plot(*(to_heading @ (disc - state.cog_root).T), color=style.TRUTH, lw=0.8)
         axes.quiver(*at, *up, color=style.CURVES[0], lw=0.9, arrow_length_ratio=0.15)
     axes.plot(0.0, 0.0, 0.0, "*", color=style.CURVES[4], ms=7, label="centre of gravity")
     axes.plot(*chain[-1], "o", color=style.DARK, ms=3)

@@ -1,0 +1,79 @@
+"""How near discs and bodies come to a surface, held against the engine's own distances."""
+
+import json
+
+import mujoco
+import numpy as np
+import pytest
+
+import skylimb
+from skylimb.flight.takeoff import take_off
+from skylimb.robots.extent import parts_of
+from skylimb.simulation.clearance import least_clearance
+
+
+def engine_distance(plant, qpos):
+    """Of the nearest disc from the surface, by the engine: each disc a thin cylinder at its thrust's site."""
+    spec = mujoco.MjSpec.from_string(plant.scene)
+    bodies = spec.compile()
+    for rotor in plant.robot.description.rotors:
+        site = bodies.site(f"thrust_{rotor.name}")
+        body = spec.body(bodies.body(int(site.bodyid[0])).name)
+        body.add_geom(
+            name=f"disc_{rotor.name}",
+            type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+            size=[rotor.radius, 1e-6, 0],
+            pos=site.pos,
+            quat=site.quat,
+            mass=0.0,
+        )
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.qpos = qpos
+    mujoco.mj_kinematics(model, data)
+    wall = model.geom("surface").id
+    discs = [model.geom(f"disc_{rotor.name}").id for rotor in plant.robot.description.rotors]
+    return min(mujoco.mj_geomDistance(model, data, disc, wall, 10.0, None) for disc in discs)
+
+
+def only_discs(plant, monkeypatch):
+    """Let the discs alone count: the engine's scene draws the links more finely than it needs to."""
+    names = {rotor.name for rotor in plant.robot.description.rotors}
+    links = {rotor.link for rotor in plant.robot.description.rotors}
+    kept = [part for part in parts_of(plant.robot.description) if part.name in names and part.link in links]
+    monkeypatch.setattr("skylimb.simulation.clearance.parts_of", lambda _: kept[: len(names)])
+
+
+@pytest.mark.parametrize("experiment", ["board_tilted_hexarotor", "board_dragon"])
+def test_discs_are_as_far_from_a_board_as_the_engine_says(experiment, monkeypatch):
+    plant = take_off(experiment, ("pid",))[0].plant
+    only_discs(plant, monkeypatch)
+    rng = np.random.default_rng(2)
+    data = mujoco.MjData(plant.model)
+    for _ in range(20):
+        qpos = data.qpos.copy()
+        qpos[:3] = rng.uniform([-0.5, -0.5, 0.5], [0.9, 0.5, 1.5])
+        quaternion = rng.normal(size=4)
+        qpos[3:7] = quaternion / np.linalg.norm(quaternion)
+        qpos[7:] = rng.uniform(-0.5, 0.5, len(qpos) - 7)
+        found = least_clearance(plant, qpos[None], np.zeros(1), plant.surface)
+        # The rim has 24 points: a disc of 0.13 m that leans is seen to 1.2 mm.
+        assert found.distance == pytest.approx(engine_distance(plant, qpos), abs=1.2e-3)
+        assert found.distance >= engine_distance(plant, qpos) - 1e-6
+
+
+def test_a_flight_whose_disc_goes_through_the_surface_says_so():
+    steep = skylimb.run("board_tilted_hexarotor", "following", set={"surface.slope": 0.7})
+    part, distance, _ = json.loads(steep.log.attrs["clearance"])
+    assert part.startswith("rotor")
+    assert steep.metrics["clearance"] == distance < 0.0
+    assert not steep.metrics["done"]
+    assert any(
+        f"'{part}' is {1e3 * distance:.1f} mm from the surface" in line for line in steep.metrics["missed"]
+    )
+
+
+def test_a_flight_that_touches_nothing_has_no_clearance():
+    free = skylimb.run("free_flight", "pid", set={"stop_at": 0.5})
+    assert json.loads(free.log.attrs["clearance"]) is None
+    assert "clearance" not in free.metrics["checks"]
