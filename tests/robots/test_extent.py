@@ -50,6 +50,7 @@ def test_every_rotor_that_ships_has_its_drawn_disc():
 
 def test_the_rim_lies_on_the_disc():
     rotor = skylimb.load_robot("hydrus_quad").description.rotors[0]
+    assert rotor.radius is not None
     away = rim(rotor) - rotor.xyz
     np.testing.assert_allclose(np.linalg.norm(away, axis=1), rotor.radius)
     np.testing.assert_allclose(away @ rotor.R[:, 2], 0.0, atol=1e-12)
