@@ -118,9 +118,9 @@ PARTS: tuple[tuple[str, Changes], ...] = (
 )
 
 
-def draws(experiment: str, count: int) -> Iterator[dict[str, Any]]:
+def draws(experiment: str, count: int, seed: int = SEED) -> Iterator[dict[str, Any]]:
     """Changes to an experiment, the same ones whatever flies it."""
-    rng = np.random.default_rng(SEED)
+    rng = np.random.default_rng(seed)
     for _ in range(count):
         drawn: dict[str, Any] = {
             "surface.friction": rng.uniform(0.1, 0.8),

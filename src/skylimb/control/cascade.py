@@ -98,6 +98,7 @@ class Cascade:
         missing = monitor.residual(state.allocation)
         inputs = LawInput(self.robot, measurement, reference, dt, known, residual=missing)
         body, bias = known.body, known.bias or NOTHING
+        scale = 1.0 if known.scale is None else known.scale
 
         # 2. Whether there is contact, and where its surface leads.
         contact, view, of_contact = laws.contact.step(
@@ -119,7 +120,7 @@ class Cascade:
         translation, wanted, of_translation = laws.translation.step(
             gains.translation, state.translation, monitor.inputs("translation", inputs)
         )
-        force = wanted - bias.force
+        force = (wanted - bias.force) / scale
 
         # 5. The attitude that points the thrust along it, and the torque that gets there.
         to_allocate = monitor.inputs("allocation", inputs)
@@ -129,7 +130,7 @@ class Cascade:
         attitude, turning, of_attitude = laws.attitude.step(
             gains.attitude, state.attitude, monitor.inputs("attitude", inputs), R_target
         )
-        torque = turning - bias.torque
+        torque = (turning - bias.torque) / scale
 
         # 6. Thrusts and vectoring angles. The estimation has to know what they really do.
         demand = Demand(force, aimed, torque, posture.joint_angles, posture.vectoring_angles)

@@ -56,7 +56,7 @@ PROVIDES = (
     "contact.reason",
 )
 REQUIRES = ("estimate.body", "estimate.arm", "estimate.wrench", "estimate.contact_force")
-OPTIONAL = {"estimate.bias": ""}
+OPTIONAL = {"estimate.bias": "", "estimate.scale": ""}
 
 
 @configuration
@@ -167,7 +167,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     normal_force = _normal_force(estimate.wrench, state.surface.estimate[1:3], axes)
     before = state.machine
     cues = Cues(
-        touch=reference.touch * is_sound(estimate.bias or NOTHING, estimate.body.model),
+        touch=reference.touch * is_sound(estimate),
         force=-dot(a, estimate.wrench.force),
         smooth_force=-estimate.contact_force,
         beyond=state.axis_position - nominal,

@@ -13,7 +13,14 @@ model by 2 % each read as about 3 mm of d; a hover cannot tell the two apart.
 
 Rotors that all push more or less than they are told move the robot long before a tare is over. So up to the
 tare it is trimmed: what is felt along its weight in free flight is fed at once, within `TRIM` of the weight.
-A robot that needs more than `SOUND` has something wrong with it, and touches nothing.
+With `thrust` the tare's bias along the weight becomes a scale then: in hover the rotors carry the weight, so
+they give
+
+    s = m g / (m g - f_z)
+
+of what they are told, and every wrench is commanded and felt by that scale. A mass that is off reads as rotors
+that are. A robot that needs more than `SOUND`, or whose scale is off by more than `TRIM`, has something wrong
+with it, and touches nothing.
 """
 
 from __future__ import annotations
@@ -21,14 +28,16 @@ from __future__ import annotations
 from typing import Annotated, Any, NamedTuple
 
 from skylimb.base.keys import Key, configuration
-from skylimb.base.rotations import rot_z
-from skylimb.control.estimation.records import BodyState, Wrench
+from skylimb.base.rotations import rot_z, rpy_from_rotation
+from skylimb.control.estimation.momentum_observer import ObserverState
+from skylimb.control.estimation.records import BodyState, Estimate, Wrench
 from skylimb.control.estimation.tare import TareState
 from skylimb.robots.model import RobotState
-from skylimb.symbolic import Array, clip, cross, exp, vector, where
+from skylimb.symbolic import Array, clip, cross, exp, stack, vector, where
 
 TRIM, SOUND = 0.25, 0.12
-"""Shares of the weight: the most that is fed before the tare, and that with which a robot may still touch."""
+"""Shares of the weight: the most that is fed before the tare or learnt as a scale of the thrusts, and the bias
+with which a robot may still touch."""
 
 
 @configuration
@@ -38,6 +47,9 @@ class Calibration:
     feed: Annotated[bool, Key("", "whether the rotors make up the bias, so that no error has to")] = False
     attitude: Annotated[bool, Key("", "whether the measured attitude is corrected")] = False
     cog: Annotated[bool, Key("", "whether the modelled centre of gravity is corrected")] = False
+    thrust: Annotated[
+        bool, Key("", "whether the hover's bias along the weight is taken for a scale of all thrusts")
+    ] = False
     rate: Annotated[
         float, Key("1/s", "rate at which corrections come in after the tare", above=0.0, high=100.0)
     ] = 1.0
@@ -49,17 +61,20 @@ class Correction(NamedTuple):
     Attributes:
         force: bias in the heading frame, N, (3,).
         torque: bias in C, N m, (3,).
+        scale: of all thrusts, given over commanded.
     """
 
     force: Array = vector(0.0, 0.0, 0.0)
     torque: Array = vector(0.0, 0.0, 0.0)
+    scale: Any = 1.0
 
 
 def follow_bias(gains: Any, state: Correction, tare: TareState, collecting: Any, dt: float) -> Correction:
     """Let the bias in once it is known and no longer averaged."""
     step = (1.0 - exp(-gains.rate * dt)) * (1.0 - collecting)
-    return Correction(
-        state.force + step * (tare.force - state.force), state.torque + step * (tare.torque - state.torque)
+    return state._replace(
+        force=state.force + step * (tare.force - state.force),
+        torque=state.torque + step * (tare.torque - state.torque),
     )
 
 
@@ -77,9 +92,59 @@ def trimmed(state: Correction, felt: Wrench, model: RobotState, known: Any) -> C
     return state._replace(force=vector(state.force[0], state.force[1], up))
 
 
-def is_sound(bias: Wrench, model: RobotState) -> Any:
-    """1 for a robot whose bias leaves it fit to touch a surface, else 0."""
-    return where(abs(bias.force[2]) > SOUND * model.mass * model.gravity[2], 0.0, 1.0)
+class Learnt(NamedTuple):
+    """What a new scale of the thrusts leaves to be explained otherwise.
+
+    Attributes:
+        correction: with the scale, and no bias along the weight.
+        tare: the same of the tare.
+        observer: whose estimate has as much less as the known wrench has more.
+        more: by which every known wrench of before is greater, force in W (N) and torque in C (N m), (6,).
+    """
+
+    correction: Correction
+    tare: TareState
+    observer: ObserverState
+    more: Array
+
+
+def learn_scale(
+    state: Correction, tare: TareState, observer: ObserverState, body: BodyState, collecting: Any
+) -> Learnt:
+    """Take the tare's bias along the weight for a scale, once it is known.
+
+    All jumps at one tick, by as much as a hovering robot's command explains, so nothing that is felt moves.
+
+    Args:
+        state: what is in force.
+        tare: of this tick.
+        observer: of this tick.
+        body: gives weight and heading.
+        collecting: 1 while the tare is taken, else 0.
+    """
+    weight = body.model.mass * body.model.gravity[2]
+    bias = where(collecting > 0.5, 0.0, clip(tare.force[2], -TRIM * weight, TRIM * weight))
+    ratio = weight / (weight - bias)
+    # A hovering robot commands what makes up its bias.
+    force, torque = (ratio - 1.0) * (vector(0.0, 0.0, weight) - tare.force), (1.0 - ratio) * tare.torque
+    in_W = rot_z(rpy_from_rotation(body.R_WC)[2]) @ force
+    up = where(abs(bias) > 0.0, tare.force[2] - force[2], state.force[2])
+    return Learnt(
+        state._replace(force=vector(state.force[0], state.force[1], up), scale=state.scale * ratio),
+        tare._replace(force=tare.force - force, torque=tare.torque - torque),
+        observer._replace(force=observer.force - in_W, torque=observer.torque - torque),
+        stack(in_W, torque),
+    )
+
+
+def is_sound(known: Estimate) -> Any:
+    """1 for a robot whose bias and scale of the thrusts leave it fit to touch a surface, else 0."""
+    sound, model = 1.0, known.body.model
+    if known.bias is not None:
+        sound = where(abs(known.bias.force[2]) > SOUND * model.mass * model.gravity[2], 0.0, sound)
+    if known.scale is not None:
+        sound = where(abs(known.scale - 1.0) > TRIM, 0.0, sound)
+    return sound
 
 
 def calibrated(gains: Any, state: Correction, body: BodyState) -> tuple[BodyState, Array]:

@@ -61,6 +61,11 @@ def remember(state: DelayState, known: Wrench) -> DelayState:
     return DelayState((stack(known.force, known.torque), *state.wrenches[:-1]))
 
 
+def shifted(state: DelayState, more: Array) -> DelayState:
+    """The history, each wrench of it greater by `more`, (6,)."""
+    return DelayState(tuple(wrench + more for wrench in state.wrenches))
+
+
 def delayed_wrench(latency: Any, state: DelayState, dt: float) -> Wrench:
     """Known wrench that acted over the last tick whose end the next measurement shows."""
     ticks = clip(latency / dt, 0.0, DEPTH - 1.0)

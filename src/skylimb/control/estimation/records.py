@@ -122,6 +122,7 @@ class Estimate(NamedTuple):
         contact_force: filtered force along the contact axis, N, negative when the robot is pushed back.
         arm: from the centre of gravity to the tip in W, m, (3,).
         bias: wrench that the rotors have to make up in free flight.
+        scale: of all thrusts, given over commanded.
     """
 
     body: BodyState
@@ -130,6 +131,7 @@ class Estimate(NamedTuple):
     contact_force: Any = ABSENT
     arm: Array = ABSENT
     bias: Wrench = ABSENT
+    scale: Any = ABSENT
 
 
 class Start(NamedTuple):

@@ -19,6 +19,7 @@ from skylimb.control.estimation.calibration import (
     calibrated,
     fed_bias,
     follow_bias,
+    learn_scale,
     trimmed,
 )
 from skylimb.control.estimation.delay import (
@@ -28,13 +29,14 @@ from skylimb.control.estimation.delay import (
     predict,
     remember,
     require_history,
+    shifted,
 )
 from skylimb.control.estimation.laws import momentum
 from skylimb.control.estimation.momentum_observer import known_wrench
 from skylimb.control.estimation.records import Estimate, Sensed, Signals, Start, Wrench
 
 needs = momentum.needs
-PROVIDES = (*momentum.PROVIDES, "estimate.bias")
+PROVIDES = (*momentum.PROVIDES, "estimate.bias", "estimate.scale")
 
 
 @configuration
@@ -76,11 +78,19 @@ def step(gains: Any, state: State, sensed: Sensed) -> tuple[State, Estimate, Sig
     tare, reference = basic.push.tare, sensed.reference
     correction = follow_bias(gains.calibration, state.correction, tare, reference.tare, dt)
     correction = trimmed(correction, then.raw, then.body.model, tare.ticks + reference.touch)
-    return State(basic, state.delay, correction), then._replace(body=body, arm=arm, bias=bias), signals
+    estimate = then._replace(body=body, arm=arm, bias=bias, scale=state.correction.scale)
+    if not gains.calibration.thrust:
+        return State(basic, state.delay, correction), estimate, signals
+    learnt = learn_scale(correction, tare, basic.observer, then.body, reference.tare)
+    basic = basic._replace(observer=learnt.observer, push=basic.push._replace(tare=learnt.tare))
+    return State(basic, shifted(state.delay, learnt.more), learnt.correction), estimate, signals
 
 
 def commanded(gains: Any, state: State, estimate: Estimate, rotors: Wrench, dt: float) -> State:
     """The state that knows which wrench the rotors make until the next tick."""
+    if gains.calibration.thrust:
+        scale = state.correction.scale
+        rotors = Wrench(scale * rotors.force, scale * rotors.torque)
     known = known_wrench(estimate.body, rotors)
     delay = remember(state.delay, known)
     known = known if gains.smoothing.imu else delayed_wrench(gains.delay.latency, delay, dt)
