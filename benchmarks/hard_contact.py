@@ -1,4 +1,4 @@
-"""Where contact is hard: weak rotors, late sensors, sheets and steps, boards that sway or vanish, tiny drawings.
+"""Where contact is hard: weak rotors, late sensors, sheets, steps, boards that sway or vanish, tiny drawings.
 
     python benchmarks/hard_contact.py [--draws 50] [--only TEXT] [--minutes 60] [--tables]
 
@@ -156,7 +156,13 @@ PLACES = (
         {"surface.friction": 0.2} | _event("surface", duration=0.0, friction=1.2),
     ),
     *(
-        Place(f"circle of {1000 * size:.0f} mm", FINE, _file("circle.svg", size), presets=("drawing",), known=True)
+        Place(
+            f"circle of {1000 * size:.0f} mm",
+            FINE,
+            _file("circle.svg", size),
+            presets=("drawing",),
+            known=True,
+        )
         for size in (0.01, 0.015, 0.025)
     ),
     Place("star of 80 mm", FINE, _file("star.svg", 0.08), presets=("drawing",), known=True),
@@ -278,7 +284,9 @@ def main() -> None:
     parser.add_argument("--draws", type=int, default=50)
     parser.add_argument("--only", default="", help="places with this text in their name, flown anew")
     parser.add_argument("--minutes", type=float, default=60.0, help="begin no more flights after so long")
-    parser.add_argument("--tables", action="store_true", help="fly nothing: the table of docs/hard_contact.json")
+    parser.add_argument(
+        "--tables", action="store_true", help="fly nothing: the table of docs/hard_contact.json"
+    )
     options = parser.parse_args()
     rows: list[dict[str, Any]] = json.loads(NUMBERS.read_text(encoding="utf-8")) if NUMBERS.exists() else []
     if options.only:

@@ -293,7 +293,8 @@ def test_the_presets_are_what_has_been_flown(robot: Robot) -> None:
     assert flattened(following, "estimation") == {
         "angle_rates.bandwidth": 50.0, "observer.force": [5.0] * 3, "observer.torque": [3.0] * 3,
         "force_filter.cutoff": 2.0, "tare": True, "delay.latency": 0.02, "calibration.feed": True,
-        "calibration.attitude": True, "calibration.cog": True, "calibration.rate": 1.0,
+        "calibration.attitude": True, "calibration.cog": True, "calibration.thrust": True,
+        "calibration.rate": 1.0,
         **SMOOTHING, "smoothing.on": True, "smoothing.velocity": 25.0,
     }  # fmt: skip
     assert flattened(following, "contact") == {
@@ -366,4 +367,4 @@ def test_what_a_law_does_where_no_preset_says_otherwise() -> None:
         },
         "vectoring": {"purpose": "torque", "limit": 0.5, "damping": 0.5, "cutoff": 1.0, "lead": 1.0},
     }  # fmt: skip
-    assert predictive.Gains().calibration == predictive.Calibration(False, False, False, 1.0)
+    assert predictive.Gains().calibration == predictive.Calibration(False, False, False, False, 1.0)

@@ -87,6 +87,9 @@ SIGNALS: dict[str, SignalInfo] = {
     "external_force_filtered": SignalInfo(
         _SCALAR, "N", "W", "filtered force along the contact axis", "estimate"
     ),
+    "thrust_scale_estimate": SignalInfo(
+        _SCALAR, "", "", "given over commanded thrust of all rotors", "estimate"
+    ),
     "external_force_bias": SignalInfo(_AXIS, "N", "W", "bias of the force estimate taken off", "estimate"),
     "external_torque_bias": SignalInfo(
         _AXIS, "N m", "C", "bias of the torque estimate taken off", "estimate"

@@ -4,25 +4,31 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import skylimb
 from skylimb.analysis.scores.signals import in_phase
 from skylimb.base.errors import ConfigError
 from skylimb.base.rotations import rot_z, rotation_from_rpy
 from skylimb.control.estimation.calibration import (
+    TRIM_POLE,
     Calibration,
     Correction,
     calibrated,
     fed_bias,
     follow_bias,
     is_sound,
+    learn_scale,
     trimmed,
 )
-from skylimb.control.estimation.records import BodyState, Wrench
+from skylimb.control.estimation.momentum_observer import ObserverState
+from skylimb.control.estimation.records import BodyState, Estimate, Wrench
 from skylimb.control.estimation.tare import TareState
 from skylimb.control.planning.vectoring import vectoring_table
 from skylimb.robots.description import GRAVITY
 from skylimb.robots.model import RobotState
+from skylimb.symbolic import stack
 
 MISALIGNED = (0.0, np.radians(1.0), 0.0)
 SHIFTED = (0.010, 0.0, 0.0)
@@ -98,24 +104,80 @@ def test_the_bias_comes_in_after_the_tare_and_smoothly() -> None:
 
 
 def test_up_to_the_tare_what_is_felt_along_the_weight_is_in_force_within_a_quarter(model: RobotState) -> None:
-    weight, torque = model.mass * GRAVITY, np.array([0.0, 0.1, 0.0])
+    weight, torque, dt = model.mass * GRAVITY, np.array([0.0, 0.1, 0.0]), 0.005
     before = Correction(np.array([0.1, 0.2, 0.3]), torque)
     for felt, fed in ((-0.1, -0.1), (-0.4, -0.25), (0.4, 0.25)):
-        seen = Wrench(np.array([3.0, 3.0, felt * weight]), np.ones(3))
-        found = trimmed(before, seen, model, 0.0)
-        np.testing.assert_allclose(found.force, [0.1, 0.2, fed * weight])
+        seen, found = Wrench(np.array([3.0, 3.0, felt * weight]), np.ones(3)), before
+        for _ in range(400):
+            found = trimmed(found, seen, model, 0.0, 5.0, dt)
+        np.testing.assert_allclose(found.force, [0.1, 0.2, fed * weight], rtol=1e-6)
         np.testing.assert_array_equal(found.torque, torque)
-        np.testing.assert_array_equal(trimmed(before, seen, model, 1.0).force, before.force)
+        np.testing.assert_array_equal(trimmed(before, seen, model, 1.0, 5.0, dt).force, before.force)
+
+
+def test_the_trim_comes_sooner_than_the_observer(model: RobotState) -> None:
+    """A step of force is in force by the trim's own pole: the observer's lag is undone."""
+    dt, pole, state, felt = 0.001, 5.0, Correction(), 0.0
+    for _ in range(50):
+        felt += (1.0 - np.exp(-pole * dt)) * (-4.0 - felt)
+        state = trimmed(state, Wrench(np.array([0.0, 0.0, felt]), np.zeros(3)), model, 0.0, pole, dt)
+    assert state.force[2] == pytest.approx(-4.0 * (1.0 - np.exp(-TRIM_POLE * 50 * dt)), rel=0.02)
 
 
 @pytest.mark.parametrize(("share", "sound"), [(0.11, 1.0), (-0.11, 1.0), (0.13, 0.0), (-0.13, 0.0)])
-def test_a_robot_whose_thrust_is_far_off_is_not_sound(model: RobotState, share: float, sound: float) -> None:
+def test_a_robot_whose_bias_is_far_off_is_not_sound(model: RobotState, share: float, sound: float) -> None:
     bias = Wrench(np.array([5.0, 5.0, share * model.mass * GRAVITY]), np.zeros(3))
-    assert is_sound(bias, model) == sound
+    assert is_sound(Estimate(hovering(model), bias=bias)) == sound
+
+
+@pytest.mark.parametrize(("scale", "sound"), [(0.76, 1.0), (1.24, 1.0), (0.74, 0.0), (1.26, 0.0)])
+def test_a_robot_whose_rotors_are_far_off_is_not_sound(model: RobotState, scale: float, sound: float) -> None:
+    assert is_sound(Estimate(hovering(model), scale=scale)) == sound
+
+
+@given(
+    scale=st.floats(0.8, 1.25),
+    lateral=st.tuples(*[st.floats(-1.0, 1.0)] * 2),
+    torque=st.tuples(*[st.floats(-0.5, 0.5)] * 3),
+    yaw=st.floats(-3.0, 3.0),
+)
+def test_a_learnt_scale_moves_nothing_that_is_felt(
+    model: RobotState, scale: float, lateral: Any, torque: Any, yaw: float
+) -> None:
+    """A robot that hovers on uneven rotors: the scale is found, bias and known wrench still cancel."""
+    weight, body = model.mass * GRAVITY, hovering(model, yaw)
+    up = weight - weight / scale
+    tare = TareState(np.array([*lateral, up]), np.array(torque), 100.0)
+    observer = ObserverState(force=rot_z(yaw) @ tare.force, torque=tare.torque)
+    told = stack(-observer.force, -observer.torque)  # what a hovering robot commands, less its weight
+    found = learn_scale(Correction(tare.force, tare.torque), tare, observer, body, 0.0)
+    assert found.correction.scale == pytest.approx(scale)
+    np.testing.assert_allclose(found.tare.force[2], 0.0, atol=1e-9)
+    np.testing.assert_allclose(found.correction.force[2], 0.0, atol=1e-9)
+    lift = np.array([0.0, 0.0, weight])
+    given_ = stack(scale * (told[:3] + lift) - lift, scale * told[3:])
+    np.testing.assert_allclose(told + found.more, given_, atol=1e-9)
+    felt = stack(found.observer.force, found.observer.torque)
+    np.testing.assert_allclose(given_ + felt, 0.0, atol=1e-9)
+    # What is taken off is what is felt, and nothing is learnt twice, or while the tare goes on.
+    np.testing.assert_allclose(rot_z(yaw) @ found.tare.force, found.observer.force, atol=1e-9)
+    again = learn_scale(found.correction, found.tare, found.observer, body, 0.0)
+    assert again.correction.scale == pytest.approx(scale)
+    assert learn_scale(Correction(), tare, observer, body, 1.0).correction.scale == 1.0
 
 
 @pytest.mark.parametrize("preset", ["following", "drawing"])
-@pytest.mark.parametrize(("share", "sag"), [(0.08, 0.05), (0.12, 0.08), (0.20, 0.15)])
+@pytest.mark.parametrize("scale", [0.8, 1.2])
+def test_the_force_is_right_with_rotors_that_are_a_fifth_off(preset: str, scale: float) -> None:
+    keys = {"trajectory.period": 5.0, "phases.hover": 1.0, "plant.thrust_scale": scale}
+    run = skylimb.run("paper", preset, set=keys)
+    assert run.status == "OK", run.cause
+    assert run.metrics["force_error_percent"] < 3.0
+    assert run.log.thrust_scale_estimate.values[-1] == pytest.approx(scale, rel=0.01)
+
+
+@pytest.mark.parametrize("preset", ["following", "drawing"])
+@pytest.mark.parametrize(("share", "sag"), [(0.08, 0.05), (0.12, 0.08), (0.20, 0.12)])
 def test_a_thrust_that_is_off_at_take_off_sinks_no_robot(preset: str, share: float, sag: float) -> None:
     for scale in (1.0 - share, 1.0 + share):
         keys = {"phases.hover": 3.0, "phases.tare": 1.0, "trajectory.duration": 0.5}

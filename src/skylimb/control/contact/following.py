@@ -41,7 +41,7 @@ from skylimb.control.estimation.surface import (
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import Needs
 from skylimb.control.press import EASED, PLAIN, SEARCHING, WAITING
-from skylimb.control.records import NOTHING, ContactView, LawInput
+from skylimb.control.records import ContactView, LawInput
 from skylimb.symbolic import Array, clip, cross, dot, vector, where
 
 PROVIDES = (

@@ -18,9 +18,9 @@ they give
 
     s = m g / (m g - f_z)
 
-of what they are told, and every wrench is commanded and felt by that scale. A mass that is off reads as rotors
-that are. A robot that needs more than `SOUND`, or whose scale is off by more than `TRIM`, has something wrong
-with it, and touches nothing.
+of what they are told, and every wrench is commanded and felt by that scale. A mass that is off reads as
+rotors that are. A robot that needs more than `SOUND`, or whose scale is off by more than `TRIM`, has
+something wrong with it, and touches nothing.
 """
 
 from __future__ import annotations
@@ -33,11 +33,13 @@ from skylimb.control.estimation.momentum_observer import ObserverState
 from skylimb.control.estimation.records import BodyState, Estimate, Wrench
 from skylimb.control.estimation.tare import TareState
 from skylimb.robots.model import RobotState
-from skylimb.symbolic import Array, clip, cross, exp, stack, vector, where
+from skylimb.symbolic import Array, clip, cross, exp, low_pass, stack, vector, where
 
 TRIM, SOUND = 0.25, 0.12
-"""Shares of the weight: the most that is fed before the tare or learnt as a scale of the thrusts, and the bias
-with which a robot may still touch."""
+"""Shares of the weight: the most that is fed before the tare, or learnt as a scale of the thrusts; and the
+bias with which a robot may still touch."""
+TRIM_POLE = 30.0
+"""1/s, of what is fed before the tare."""
 
 
 @configuration
@@ -62,11 +64,13 @@ class Correction(NamedTuple):
         force: bias in the heading frame, N, (3,).
         torque: bias in C, N m, (3,).
         scale: of all thrusts, given over commanded.
+        felt: force along the weight that the observer saw last, N.
     """
 
     force: Array = vector(0.0, 0.0, 0.0)
     torque: Array = vector(0.0, 0.0, 0.0)
     scale: Any = 1.0
+    felt: Any = 0.0
 
 
 def follow_bias(gains: Any, state: Correction, tare: TareState, collecting: Any, dt: float) -> Correction:
@@ -78,18 +82,26 @@ def follow_bias(gains: Any, state: Correction, tare: TareState, collecting: Any,
     )
 
 
-def trimmed(state: Correction, felt: Wrench, model: RobotState, known: Any) -> Correction:
+def trimmed(
+    state: Correction, felt: Wrench, model: RobotState, known: Any, pole: Any, dt: float
+) -> Correction:
     """With what is felt along the weight in force at once, until the bias itself is known.
+
+    The observer's low pass is undone by a lead, as a robot falls meanwhile.
 
     Args:
         state: what is in force.
         felt: the observer's wrench, bias and all.
         model: gives the weight.
         known: above 0 once a tare or a touch has begun.
+        pole: of the observer along the weight, 1/s.
+        dt: control period, s.
     """
     most = TRIM * model.mass * model.gravity[2]
-    up = where(known > 0.5, state.force[2], clip(felt.force[2], -most, most))
-    return state._replace(force=vector(state.force[0], state.force[1], up))
+    led = felt.force[2] + (felt.force[2] - state.felt) / (pole * dt)
+    soon = clip(low_pass(state.force[2], led, TRIM_POLE, dt), -most, most)
+    up = where(known > 0.5, state.force[2], soon)
+    return state._replace(force=vector(state.force[0], state.force[1], up), felt=felt.force[2])
 
 
 class Learnt(NamedTuple):

@@ -77,10 +77,13 @@ def step(gains: Any, state: State, sensed: Sensed) -> tuple[State, Estimate, Sig
     body, arm = calibrated(gains.calibration, state.correction, body)
     tare, reference = basic.push.tare, sensed.reference
     correction = follow_bias(gains.calibration, state.correction, tare, reference.tare, dt)
-    correction = trimmed(correction, then.raw, then.body.model, tare.ticks + reference.touch)
+    pole = gains.observer.force[2]
+    known = tare.ticks + reference.touch
+    correction = trimmed(correction, then.raw, then.body.model, known, pole, dt)
     estimate = then._replace(body=body, arm=arm, bias=bias, scale=state.correction.scale)
     if not gains.calibration.thrust:
         return State(basic, state.delay, correction), estimate, signals
+    signals = signals | {"thrust_scale_estimate": state.correction.scale}
     learnt = learn_scale(correction, tare, basic.observer, then.body, reference.tare)
     basic = basic._replace(observer=learnt.observer, push=basic.push._replace(tare=learnt.tare))
     return State(basic, shifted(state.delay, learnt.more), learnt.correction), estimate, signals
