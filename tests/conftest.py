@@ -49,10 +49,17 @@ def strict_c(tmp_path_factory: pytest.TempPathFactory) -> StrictC:
 
 @pytest.fixture(scope="session", autouse=True)
 def _coarse_pictures() -> Iterator[None]:
-    """Pictures with few dots, as all tests but those of `sharp` look at what is drawn, not at how finely."""
+    """Pictures with few dots, and pushes at few moments: most tests look at what is drawn, not how finely."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("skylimb.analysis.figures.style.DPI", 40)
+        patch.setattr("skylimb.analysis.viewer.pushes.MOMENTS", 2)
         yield
+
+
+@pytest.fixture
+def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For what writes a report, and looks at none of its figures."""
+    monkeypatch.setattr("skylimb.analysis.figures.report_figures.write_figures", lambda *_: [])
 
 
 @pytest.fixture

@@ -25,7 +25,10 @@ _SYMBOLIC = (ca.SX, ca.MX, ca.DM)
 
 def is_symbolic(*values: Any) -> bool:
     """Whether any of the values is a CasADi matrix."""
-    return any(isinstance(value, _SYMBOLIC) for value in values)
+    for value in values:  # noqa: SIM110 - no generator, as laws that are flown in Python ask it often
+        if isinstance(value, _SYMBOLIC):
+            return True
+    return False
 
 
 @contextmanager

@@ -18,7 +18,7 @@ from skylimb.flight.simulated_run import scored_run
 from skylimb.flight.takeoff import Takeoff
 from strict_c import STRICT, StrictC
 
-SANITIZERS = ("-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+SANITIZERS = ("-O0", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 SOURCES = ("host.c", "controller.c", "controller_function.c")
 COMPILER = shutil.which("gcc") or shutil.which("clang")
 

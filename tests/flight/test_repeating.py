@@ -15,6 +15,8 @@ from skylimb.base.errors import OutputError
 from skylimb.flight.experiments.experiment import experiment_with, load_experiment
 from skylimb.robots import SHIPPED
 
+pytestmark = pytest.mark.usefixtures("no_figures")
+
 LAW = '''
 """A spring."""
 from dataclasses import dataclass

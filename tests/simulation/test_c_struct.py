@@ -4,6 +4,7 @@ from pathlib import Path
 import pytest
 
 from skylimb.base.errors import CompileError
+from skylimb.simulation import compiling
 from skylimb.simulation.c_struct import address, c_declaration
 from skylimb.simulation.compiling import FLAGS, compile_c, compilers
 
@@ -80,7 +81,11 @@ def test_c_reads_what_python_writes(tmp_path: Path) -> None:
 
 
 @needs_compiler
-def test_a_structure_of_another_size_does_not_compile(tmp_path: Path) -> None:
+def test_a_structure_of_another_size_does_not_compile(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(compiling, "compilers", lambda: compilers()[:1])  # one that refuses it will do
+
     class Packed(ctypes.Structure):
         _pack_ = 1
         _layout_ = "ms"

@@ -37,12 +37,16 @@ def texts(figure):
     return found + labels
 
 
-@pytest.mark.parametrize("count", [1, 6])
+@pytest.fixture(scope="module")
+def six(make_run):
+    return {f"flight {i}": make_run("hybrid", f"flight {i}", slide=2.0, dt=0.02) for i in range(6)}
+
+
 @pytest.mark.parametrize("picture", REPORT_FIGURES, ids=lambda picture: picture.name)
-def test_every_figure_draws_any_number_of_runs(make_run, picture, count, tmp_path):
-    runs = {f"flight {i}": make_run("hybrid", f"flight {i}", slide=2.0, dt=0.02) for i in range(count)}
-    for path in style.save(picture.draw(runs), tmp_path / picture.name):
+def test_every_figure_draws_any_number_of_runs(six, picture, tmp_path):
+    for path in style.save(picture.draw({"flight 0": six["flight 0"]}), tmp_path / picture.name):
         assert path.stat().st_size > 1500
+    assert len(style.png(picture.draw(six))) > 1500
 
 
 def test_where_the_surface_was_looked_for_is_shaded(make_log):
@@ -73,11 +77,10 @@ def test_the_laws_own_target_is_drawn_beside_the_missions_reference(make_log):
 
 
 @pytest.mark.parametrize("picture", REPORT_FIGURES, ids=lambda picture: picture.name)
-def test_a_flight_lost_before_it_touched_is_drawn_too(make_log, picture, tmp_path):
+def test_a_flight_lost_before_it_touched_is_drawn_too(make_log, picture):
     log = make_log(status="FAILED", cause="fell").isel(time=slice(0, 150))
     runs = {"pid": Run("pid", "pid", log, {}), "hybrid": Run("hybrid", "hybrid", log, {})}
-    for path in style.save(picture.draw(runs), tmp_path / picture.name):
-        assert path.exists()
+    assert len(style.png(picture.draw(runs))) > 1500
 
 
 @pytest.fixture

@@ -25,12 +25,6 @@ from skylimb.analysis.scores.user_scores import UserFigure, scored
 from skylimb.base.errors import OutputError
 
 
-@pytest.fixture
-def no_figures(monkeypatch):
-    """For what has nothing to do with figures."""
-    monkeypatch.setattr(report_figures, "write_figures", lambda *_: [])
-
-
 @pytest.fixture(scope="module")
 def comparison(four_runs, tmp_path_factory):
     """The folder of a comparison, to be looked at; who changes it takes a copy."""

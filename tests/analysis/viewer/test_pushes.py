@@ -9,6 +9,7 @@ import pytest
 import skylimb
 from skylimb.analysis.figures import scene
 from skylimb.analysis.recording import Run
+from skylimb.analysis.viewer import pushes
 from skylimb.analysis.viewer.pushes import (
     LEAN,
     MOMENTS,
@@ -167,7 +168,8 @@ def test_leans_count_from_the_level_also_while_it_leans(flown: Run) -> None:
     )
 
 
-def test_a_page_is_given_them(flown: Run) -> None:
+def test_a_page_is_given_them(flown: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pushes, "MOMENTS", MOMENTS)  # as a user has them
     model = scene.load_model(flown.log.attrs["scene"], (64, 64))
     given = packed_pushes(model, flown.log)
     assert given is not None

@@ -154,6 +154,7 @@ def test_view_with_a_display_plays_the_recorded_configurations(
     assert rows[-1] > 0
 
 
+@pytest.mark.usefixtures("no_figures")
 def test_a_lost_flight_is_kept_and_exits_with_1(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "lost"
     falling = ["plant.thrust_scale=0.5", "approach.contact=false"]
@@ -167,6 +168,7 @@ def test_a_lost_flight_is_kept_and_exits_with_1(tmp_path: Path, capsys: pytest.C
     assert metrics["error_u_median"] is None
 
 
+@pytest.mark.usefixtures("no_figures")
 def test_a_warning_is_a_line_without_a_place_in_the_code(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -197,6 +199,7 @@ def controller(robot): return Stopping(robot)
 """
 
 
+@pytest.mark.usefixtures("no_figures")
 @pytest.mark.parametrize(
     ("stop", "code"), [("raise KeyboardInterrupt", 130), ("signal.raise_signal(signal.SIGTERM)", 143)]
 )
@@ -220,6 +223,7 @@ def test_an_interrupted_flight_leaves_what_was_flown(
     assert json.loads((kept / "metrics.json").read_text())["status"] == "FAILED"
 
 
+@pytest.mark.usefixtures("no_figures")
 def test_what_fails_after_a_flight_is_named_and_can_be_scored_again(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], flown: tuple[int, Path]
 ) -> None:

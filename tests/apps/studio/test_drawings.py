@@ -5,6 +5,7 @@ import pytest
 
 from hostile_files import FILES
 from skylimb.base.errors import ConfigError
+from skylimb.control.planning import svg_lines
 from skylimb.control.planning.trajectories import drawing_strokes
 from told_session import Session
 
@@ -51,7 +52,8 @@ def test_what_cannot_be_drawn_changes_nothing(session, drawing):
 
 
 @pytest.mark.parametrize("name", ["use_bomb.svg", "groups.svg", "entities.svg"])
-def test_a_hostile_svg_is_refused_in_a_line(session, name):
+def test_a_hostile_svg_is_refused_in_a_line(session, name, monkeypatch):
+    monkeypatch.setattr(svg_lines, "SECONDS", 1)
     flights = session.live.flights
     with pytest.raises(ConfigError) as refused:
         session.draw(FILES[name]())

@@ -57,6 +57,7 @@ def test_a_finished_folder_holds_what_it_promises(flown: tuple[Path, Path]) -> N
     assert "Worst flights" in page
 
 
+@pytest.mark.usefixtures("plain_report")
 def test_the_command_of_a_worst_flight_flies_the_same_bits(tmp_path: Path, write_spec: SpecWriter) -> None:
     vary = """
     "surface.friction" = { uniform = [0.1, 0.8] }
@@ -123,6 +124,7 @@ def test_another_version_is_refused_with_the_difference(flown: tuple[Path, Path]
     }
 
 
+@pytest.mark.usefixtures("plain_report")
 def test_changed_code_of_a_users_controller_is_refused(write_spec: SpecWriter, tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(HOVER)
     spec = write_spec(draws=1, controllers='["mine.py"]')
@@ -162,6 +164,7 @@ def test_logs_are_kept_by_policy(policy: str, count: int, write_spec: SpecWriter
     assert [f"flight {int(folder.name[:6])}" in page for folder in kept] == [True] * count
 
 
+@pytest.mark.usefixtures("plain_report")
 def test_losses_keep_their_logs_and_count(write_spec: SpecWriter, tmp_path: Path) -> None:
     vary = '"plant.thrust_scale" = { grid = [1.0, 0.5] }'
     more = '"trajectory.duration" = 3.0'
@@ -177,6 +180,7 @@ def test_losses_keep_their_logs_and_count(write_spec: SpecWriter, tmp_path: Path
     assert outcome.rows[2]["tilt_max"] is None
 
 
+@pytest.mark.usefixtures("plain_report")
 def test_a_draw_that_nobody_can_fly_is_named_and_charged_to_nobody(
     write_spec: SpecWriter, tmp_path: Path
 ) -> None:
@@ -189,6 +193,7 @@ def test_a_draw_that_nobody_can_fly_is_named_and_charged_to_nobody(
     assert set(statuses) <= {"OK", "FAILED", "REFUSED"}
 
 
+@pytest.mark.usefixtures("plain_report")
 def test_a_users_mistake_in_flight_is_a_loss_of_that_controller(
     write_spec: SpecWriter, tmp_path: Path
 ) -> None:
@@ -202,6 +207,7 @@ def test_a_users_mistake_in_flight_is_a_loss_of_that_controller(
     assert "ZeroDivisionError" in outcome.rows[1]["cause"]
 
 
+@pytest.mark.usefixtures("plain_report")
 def test_the_stopping_rule_ends_a_campaign_early(write_spec: SpecWriter, tmp_path: Path) -> None:
     more = '[stop]\nuntil = "tilt_max"\nwidth = 1.0\nevery = 2\nat_least = 4'
     outcome = run_campaign(write_spec(draws=12, more=more), tmp_path / "out", workers=0)

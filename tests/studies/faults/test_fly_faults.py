@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -30,6 +31,14 @@ SMALL = Catalogue(
         Fault("a push", "It moves.", {"events": [PUSH]}, bounds={"sideways": (0.1, 0.2), "seen": (0.1, 0.1)}),
     ),
 )
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _no_campaigns_reports() -> Iterator[None]:
+    """What stands here is the catalogue's page; that of each campaign is looked at where campaigns are."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("skylimb.studies.campaign.report.render_report", lambda *_: "")
+        yield
 
 
 @pytest.fixture(scope="module")

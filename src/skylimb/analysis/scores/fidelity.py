@@ -76,15 +76,19 @@ def frechet(first: np.ndarray, second: np.ndarray, unit: np.ndarray | None = Non
     unit = np.ones(len(first)) if unit is None else unit
     first, second, unit = (at_most(part, _MOST_POINTS) for part in (first, second, unit))
     n, m = len(first), len(second)
-    # By i; what is not on the diagonal is no way.
-    last, before = np.full(n + 1, np.inf), np.full(n + 1, np.inf)
+    x, y = (first.T[axis].copy() for axis in (0, 1))
+    x_back, y_back = (second[::-1].T[axis].copy() for axis in (0, 1))
+    # By i; what is beside the diagonal is no way.
+    here, last, before = np.full((3, n + 2), np.inf)
     before[0] = -np.inf
     for k in range(n + m - 1):
-        i = np.arange(max(0, k - m + 1), min(k, n - 1) + 1)
-        apart = np.hypot(*(first[i] - second[k - i]).T) / unit[i]
-        here = np.full(n + 1, np.inf)
-        here[i + 1] = np.maximum(apart, np.minimum(np.minimum(last[i], last[i + 1]), before[i]))
-        last, before = here, last
+        low, high = max(0, k - m + 1), min(k, n - 1) + 1
+        ours, theirs = slice(low, high), slice(m - 1 - k + low, m - 1 - k + high)
+        apart = np.hypot(x[ours] - x_back[theirs], y[ours] - y_back[theirs]) / unit[ours]
+        way = np.minimum(np.minimum(last[ours], last[low + 1 : high + 1]), before[ours])
+        np.maximum(apart, way, out=here[low + 1 : high + 1])
+        here[low] = here[high + 1] = np.inf
+        here, last, before = before, here, last
     return float(last[n])
 
 

@@ -10,6 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from skylimb.symbolic import cross
+
 _UP, _NORTH, _EVERY = 600.0, 250.0, 3
 """Weights of what was believed against what is felt, and passes for one correction of up: the lab's."""
 
@@ -28,9 +30,9 @@ class AttitudeFilter(NamedTuple):
     def R(self) -> np.ndarray:
         """The board's axes in W, x north and z up, (3, 3)."""
         z = self.up / np.linalg.norm(self.up)
-        west = np.cross(z, self.field)
+        west = cross(z, self.field)
         y = west / np.linalg.norm(west)
-        return np.stack([np.cross(y, z), y, z])
+        return np.stack([cross(y, z), y, z])
 
     def after(self, rates: np.ndarray, force: np.ndarray, field: np.ndarray, dt: float) -> AttitudeFilter:
         """After a pass.
@@ -42,7 +44,7 @@ class AttitudeFilter(NamedTuple):
             dt: since the last pass, s.
         """
         turn = rates * dt
-        up, seen = self.up + np.cross(self.up, turn), self.field + np.cross(self.field, turn)
+        up, seen = self.up + cross(self.up, turn), self.field + cross(self.field, turn)
         still = _STILL[0] < float(force @ force) < _STILL[1]
         if still and self.passes == 0:
             up = (_UP * up + force) / (_UP + 1.0)

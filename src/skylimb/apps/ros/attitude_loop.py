@@ -14,6 +14,7 @@ import numpy as np
 
 from skylimb.apps.ros.spinal import TILT, Spinal
 from skylimb.base.rotations import rpy_from_rotation
+from skylimb.symbolic import cross
 
 SILENCE = 0.5
 """Seconds without a command after which it lands by force."""
@@ -83,7 +84,7 @@ def _terms(spinal: Spinal, terms: np.ndarray, rates: np.ndarray) -> tuple[np.nda
     """What roll, pitch and gyro add to the base thrusts, and what yaw does, N, (n,) each."""
     level, yaw = terms[:, :, :2].sum(axis=(0, 2)), terms[2, :, 2]
     if spinal.p_matrix is not None and spinal.inertia is not None:
-        level = level + spinal.p_matrix @ np.cross(rates, spinal.inertia @ rates)
+        level = level + spinal.p_matrix @ cross(rates, spinal.inertia @ rates)
     return level, yaw + spinal.yaw if len(spinal.yaw) else yaw
 
 

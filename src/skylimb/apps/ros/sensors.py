@@ -20,6 +20,7 @@ from skylimb.control.estimation.records import Imu as Felt
 from skylimb.control.estimation.stamps import Stamps, believed, judged
 from skylimb.control.loop.vehicle import nothing_measured
 from skylimb.robots.model import Robot
+from skylimb.symbolic import cross
 
 JOINT_LOW_PASS = 2.0
 """Hz, of the joints' rates, which are differences of counts."""
@@ -151,7 +152,7 @@ class Sensors:
             place = self._robot.imu_at(joints, vectoring, self._bending)
             rates, moving = rates - place.rates, place.velocity
             imu = Felt(mount.R.T @ gyro, mount.R.T @ force)
-        velocity = self._velocity - R @ (np.cross(rates, frames.link) + moving)
+        velocity = self._velocity - R @ (cross(rates, frames.link) + moving)
         position, turn = np.array(pose.position) - R @ frames.link, quaternion_from_rotation(R)
         return Measurement(position, turn, velocity, rates, joints, vectoring, imu=imu)
 
