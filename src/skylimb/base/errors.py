@@ -66,6 +66,7 @@ EXTRAS = {
     "import": ("yourdfpy", "trimesh", "xacrodoc", "collada"),
     "logs": ("rosbags", "mcap", "lz4"),
     "ros": ("yaml",),
+    "ros2": ("cyclonedds",),
     "tune": ("cma",),
     "video": ("av",),
 }

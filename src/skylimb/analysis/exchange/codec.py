@@ -21,6 +21,7 @@ from skylimb.analysis.exchange.messages import (
     Motor,
     MotorInfo,
     Nav,
+    NavMode,
     Path,
     PMatrix,
     Pose,
@@ -58,6 +59,12 @@ def _row(*values: Any) -> tuple[Any, ...]:
 
 def _itself(value: Any) -> Any:
     return value
+
+
+def _steered(frame: str, velocity: Any, rates: Any) -> Nav:
+    """Velocities in W, or in the robot's own axes."""
+    mode, still = NavMode.VELOCITY, (0.0, 0.0, 0.0)
+    return Nav(mode, mode, mode, still, velocity, yaw_rate=rates[2], frame=int(frame != WORLD))
 
 
 FORMS = {
@@ -105,6 +112,16 @@ FORMS = {
             *("target_yaw", "target_omega_z", "control_frame"),
         ),
     ),
+    "sensor_msgs/msg/Imu": Form(
+        lambda stamp, gyro, force, turn: Imu(stamp, gyro, force, (*turn[1:], turn[0])),
+        ("header.stamp", "angular_velocity", "linear_acceleration", "orientation"),
+    ),
+    "sensor_msgs/msg/BatteryState": Form(_itself, ("voltage",), {"present": True}),
+    "geometry_msgs/msg/TwistStamped": Form(_steered, ("header.frame_id", "twist.linear", "twist.angular")),
+    "skylimb_msgs/msg/RotorThrusts": Form(FourAxes, ("attitude_terms", "thrusts")),
+    "skylimb_msgs/msg/MotorDuties": Form(Pwms, ("stamp", "duties")),
+    "skylimb_msgs/msg/ControlledAxes": Form(Desire, ("roll", "pitch", "yaw")),
+    "skylimb_msgs/msg/Arming": Form(_itself, ("command",)),
     "std_msgs/msg/Empty": Form(lambda: None, ()),
     "std_msgs/msg/UInt8": Form(_itself, ("data",)),
     "std_msgs/msg/Float32": Form(_itself, ("data",)),
@@ -145,7 +162,7 @@ def message_of(types: Any, kind: str, value: Any, seq: int = 0) -> Any:
         KeyError: for a field that the type does not have.
     """
     message = _message(types, kind, value)
-    if hasattr(message, "header"):
+    if hasattr(getattr(message, "header", None), "seq"):  # ROS 2 numbers none
         message.header.seq = seq
     return message
 

@@ -20,6 +20,7 @@ from skylimb.analysis.exchange.messages import FourAxes, Imu, Joints, Pose, Quat
 from skylimb.base.rotations import (
     quaternion_from_rotation,
     rot_z,
+    rotation_from_quaternion,
     rotation_from_rpy,
     rpy_from_rotation,
     wrapped,
@@ -174,17 +175,7 @@ def transforms(tick: TickView, body: Body) -> Fields:
         (root, tick.names.frame("cog"), turn @ (body.cog - body.root), R_cog),
         (root, tick.names.frame("fc"), turn @ (body.link - body.root), turn @ body.R_W_link),
     )
-    return {
-        "transforms": [
-            {
-                **header(tick, parent),
-                "child_frame_id": child,
-                "transform.translation": vector(position),
-                "transform.rotation": _quaternion(R),
-            }
-            for parent, child, position, R in frames
-        ]
-    }
+    return {"transforms": [transform(tick, *one) for one in frames]}
 
 
 @_of_body
@@ -231,6 +222,29 @@ def cog_reference(tick: TickView) -> Fields | None:
 def header(tick: TickView, frame: str = WORLD) -> Fields:
     """Fields of a header."""
     return {"header.stamp": tick.stamp, "header.frame_id": frame}
+
+
+def transform(tick: TickView, parent: str, child: str, position: np.ndarray, R: np.ndarray) -> Fields:
+    """Fields of a transform: place and axes of a child frame in its parent."""
+    return {
+        **header(tick, parent),
+        "child_frame_id": child,
+        "transform.translation": vector(position),
+        "transform.rotation": _quaternion(R),
+    }
+
+
+def in_its_axes(make: Callable[[TickView], Any]) -> Callable[[TickView], Any]:
+    """An odometry whose linear velocity is in the axes of its child frame, not in those of the world."""
+
+    def made(tick: TickView) -> Any:
+        found = make(tick)
+        if found is None:
+            return None
+        R = np.asarray(rotation_from_quaternion(np.array(found["pose.pose.orientation"])))
+        return {**found, "twist.twist.linear": vector(R.T @ found["twist.twist.linear"])}
+
+    return made
 
 
 def _odometry(

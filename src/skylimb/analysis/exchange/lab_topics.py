@@ -26,6 +26,7 @@ class Topic:
         needs: signals of a log that this takes; none for what no log is written with.
         signals: that a log is read with, by the paths of their fields in the message.
         latched: whether who comes later still gets the last message.
+        called: by which it goes where that is not its name.
     """
 
     name: str
@@ -35,10 +36,12 @@ class Topic:
     needs: tuple[str, ...] = ()
     signals: Mapping[str, str] = field(default_factory=dict)
     latched: bool = False
+    called: str = ""
 
     def full(self, namespace: str) -> str:
         """The whole name."""
-        return self.name if self.name.startswith("/") else f"/{namespace.strip('/')}/{self.name}"
+        name = self.called or self.name
+        return name if name.startswith("/") else f"/{namespace.strip('/')}/{name}"
 
 
 _EMPTY, _POSE, _ODOMETRY = "std_msgs/msg/Empty", "geometry_msgs/msg/PoseStamped", "nav_msgs/msg/Odometry"

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from skylimb.analysis.exchange.codec import message_of, plain_of
 from skylimb.base.errors import ConfigError, extra_module
@@ -42,6 +42,26 @@ def message_types(definitions: dict[str, str] | None = None) -> Typestore:
         new = typesys.get_types_from_msg(text, name)
         store.register({kind: fields for kind, fields in new.items() if kind not in store.fielddefs})
     return store
+
+
+class Types(Protocol):
+    """Types of messages, and how these travel."""
+
+    def knows(self, kind: str) -> bool:
+        """Whether a type is defined, for example "sensor_msgs/msg/Imu"."""
+        ...
+
+    def described(self, kind: str) -> tuple[str, str, str]:
+        """Name, digest and text of a known type, as the middleware has them."""
+        ...
+
+    def read(self, kind: str, data: bytes) -> Any:
+        """The plain value of a message as it travels."""
+        ...
+
+    def write(self, kind: str, value: Any, seq: int) -> bytes:
+        """A plain value as it travels, its header numbered."""
+        ...
 
 
 class Definitions:

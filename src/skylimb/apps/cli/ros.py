@@ -1,28 +1,50 @@
-"""The verb `ros`: the lab's robot on ROS 1."""
+"""The verbs `ros` and `ros2`: the lab's robot on ROS 1, and the same on ROS 2."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import nullcontext
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from skylimb.apps.cli import output
 from skylimb.apps.cli.arguments import arg
 from skylimb.apps.cli.options import Calibration, Fence, Settings, new_folder, settings_of, within
 
+if TYPE_CHECKING:
+    from skylimb.apps.ros.bridge import Rim
+
+_Profile = Annotated[str, arg("simulator, controller or both.", "PROFILE")]
+_Robot = Annotated[str, arg("The robot, in place of the experiment's.", "NAME")]
+_Controller = Annotated[str | None, arg("A controller's name, its TOML file, or a Python file.", "NAME")]
+_Experiment = Annotated[
+    str, arg("Experiment of plant, surface and first mission: paper, for simulator free_flight.", "NAME")
+]
+_Missions = Annotated[tuple[str, ...], arg("Experiments whose missions may be flown besides it.", "NAME ...")]
+_Cells = Annotated[int, arg("Cells of the battery in series.", "N")]
+_Bare = Annotated[bool, arg("That the flight controller may hold no attitude; controller needs it.")]
+_Pad = Annotated[
+    dict[str, Any] | None,
+    arg("Other numbers of the radio's land, halt, yaw, up, left, forward.", "NAME=N ...", settings_of),
+]
+_Adopt = Annotated[
+    Literal["land", "hover"],
+    arg("What becomes of a robot that flies already when controller begins.", "land|hover"),
+]
+_Check = Annotated[bool, arg("Look at everything before a flight, and command nothing.")]
+_Start = Annotated[
+    dict[str, Any] | None,
+    arg("Joint angles with which simulator stands, rad.", "NAME=RAD ...", settings_of),
+]
+_Out = Annotated[str, arg("New folder for flights and missions; none by default.", "DIR")]
+
 
 def ros(
-    profile: Annotated[str, arg("simulator, controller or both.", "PROFILE")],
+    profile: _Profile,
     *,
-    robot: Annotated[str, arg("The robot, in place of the experiment's.", "NAME")] = "",
-    controller: Annotated[
-        str | None, arg("A controller's name, its TOML file, or a Python file.", "NAME")
-    ] = None,
-    experiment: Annotated[
-        str, arg("Experiment of plant, surface and first mission: paper, for simulator free_flight.", "NAME")
-    ] = "",
-    mission: Annotated[
-        tuple[str, ...], arg("Experiments whose missions may be flown besides it.", "NAME ...")
-    ] = (),
+    robot: _Robot = "",
+    controller: _Controller = None,
+    experiment: _Experiment = "",
+    mission: _Missions = (),
     messages: Annotated[
         tuple[str, ...], arg("Folders of .msg files: the robot's own checkout.", "DIR ...")
     ] = (),
@@ -32,28 +54,17 @@ def ros(
         tuple[str, ...],
         arg("The robot's own files of motor_info, servo_controller and uav_model.", "YAML ..."),
     ] = (),
-    cells: Annotated[int, arg("Cells of the battery in series.", "N")] = 6,
+    cells: _Cells = 6,
     anywhere: Annotated[bool, arg("Whether master and node may be on a network.")] = False,
-    bare: Annotated[
-        bool, arg("That the flight controller may hold no attitude; controller needs it.")
-    ] = False,
+    bare: _Bare = False,
     calibration: Calibration = None,
     fence: Fence = (),
-    pad: Annotated[
-        dict[str, Any] | None,
-        arg("Other numbers of the radio's land, halt, yaw, up, left, forward.", "NAME=N ...", settings_of),
-    ] = None,
-    adopt: Annotated[
-        Literal["land", "hover"],
-        arg("What becomes of a robot that flies already when controller begins.", "land|hover"),
-    ] = "land",
-    check: Annotated[bool, arg("Look at everything before a flight, and command nothing.")] = False,
-    start: Annotated[
-        dict[str, Any] | None,
-        arg("Joint angles with which simulator stands, rad.", "NAME=RAD ...", settings_of),
-    ] = None,
+    pad: _Pad = None,
+    adopt: _Adopt = "land",
+    check: _Check = False,
+    start: _Start = None,
     set: Settings = None,
-    out: Annotated[str, arg("New folder for flights and missions; none by default.", "DIR")] = "",
+    out: _Out = "",
 ) -> None:
     """Be a node on ROS 1: the lab's robot simulated, our controller for its robot, or both.
 
@@ -68,36 +79,72 @@ def ros(
         skylimb ros controller --controller hybrid --messages ~/jsk_aerial_robot --bare
         skylimb ros controller --controller hybrid --messages ~/jsk_aerial_robot --bare --check
     """
+    from skylimb.apps.ros1.rim import ROS1
+
+    lab = {"messages": messages, "link": link, "config": config}
+    flown = {"robot": robot, "experiment": experiment, "missions": mission, "controller": controller}
+    given = {"namespace": namespace, "anywhere": anywhere, "bare": bare, "start": start, "settings": set}
+    _be(ROS1, profile, out, cells, fence, pad, adopt, check, calibration=calibration, **lab, **flown, **given)
+
+
+def ros2(
+    profile: _Profile,
+    *,
+    robot: _Robot = "",
+    controller: _Controller = None,
+    experiment: _Experiment = "",
+    mission: _Missions = (),
+    namespace: Annotated[str, arg("Of the topics.", "NAME")] = "skylimb",
+    cells: _Cells = 6,
+    anywhere: Annotated[bool, arg("Whether it may be heard beyond this machine.")] = False,
+    bare: _Bare = False,
+    calibration: Calibration = None,
+    fence: Fence = (),
+    pad: _Pad = None,
+    adopt: _Adopt = "land",
+    check: _Check = False,
+    start: _Start = None,
+    set: Settings = None,
+    out: _Out = "",
+) -> None:
+    """Be a node on ROS 2, where none need be installed: a robot simulated, our controller for one, or both.
+
+    PROFILE is as of `skylimb ros`. Flight states, supervisor and recorder are the same; messages, frames and
+    quality of service are ROS 2's. The domain is ROS_DOMAIN_ID. Ctrl-C lands first.
+
+    Examples:
+        skylimb ros2 both --controller hybrid
+        skylimb ros2 simulator
+        skylimb ros2 controller --controller hybrid --bare
+    """
+    from skylimb.apps.ros2.rim import ROS2
+
+    flown = {"robot": robot, "experiment": experiment, "missions": mission, "controller": controller}
+    given = {"namespace": namespace, "anywhere": anywhere, "bare": bare, "start": start, "settings": set}
+    _be(ROS2, profile, out, cells, fence, pad, adopt, check, calibration=calibration, **flown, **given)
+
+
+def _be(
+    rim: Rim,
+    profile: str,
+    out: str,
+    cells: int,
+    fence: Sequence[float],
+    pad: dict[str, Any] | None,
+    adopt: str,
+    check: bool,
+    **given: Any,
+) -> None:
+    """Be a node until it ends, keep what it flew, and say how it went."""
     within("--cells", cells, 1, 20)
     folder = new_folder(out, "ros") if out else None
     from skylimb.analysis.exchange.recorder import recording
     from skylimb.apps.ros.run import limits_of, run, write
-    from skylimb.apps.ros1.rim import ROS1
 
     limits = limits_of(fence, pad or {}, adopt)
     with recording(folder) if folder else nullcontext() as recorder:
-        flown = run(
-            ROS1,
-            profile,
-            robot=robot,
-            experiment=experiment,
-            missions=mission,
-            controller=controller,
-            settings=set,
-            messages=messages,
-            namespace=namespace,
-            link=link,
-            cells=cells,
-            anywhere=anywhere,
-            bare=bare,
-            config=config,
-            calibration=calibration,
-            limits=limits,
-            check=check,
-            start=start,
-            say=lambda words: print(words, flush=True),
-            recorder=recorder,
-        )
+        more = {"cells": cells, "limits": limits, "check": check, "recorder": recorder, **given}
+        flown = run(rim, profile, say=lambda words: print(words, flush=True), **more)
         if folder is not None and not check:
             with output.working("writing the results"):
                 write(flown, folder)

@@ -17,7 +17,7 @@ from skylimb.apps.cli.planning import plan
 from skylimb.apps.cli.realtime import fly
 from skylimb.apps.cli.replaying import replay
 from skylimb.apps.cli.robots import check_robot, import_robot
-from skylimb.apps.cli.ros import ros
+from skylimb.apps.cli.ros import ros, ros2
 from skylimb.apps.cli.runs import runs
 from skylimb.apps.cli.studio import studio
 from skylimb.apps.cli.wrench import robot_wrench
@@ -52,6 +52,7 @@ VERBS: dict[str, Verb] = {
     "verify-rotors": verify_rotors,
     "fly": fly,
     "ros": ros,
+    "ros2": ros2,
     "replay": replay,
     "convert": convert,
     "salvage": salvage,

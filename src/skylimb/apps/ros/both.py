@@ -14,7 +14,7 @@ from skylimb.apps.ros.flyer import Flyer
 from skylimb.apps.ros.grounded import GroundedPlant
 from skylimb.apps.ros.messages import Arrived, Outgoing, published
 from skylimb.apps.ros.piloted import Piloted
-from skylimb.apps.ros.profile import PendingRun, profile_topics
+from skylimb.apps.ros.profile import PendingRun
 from skylimb.apps.ros.tick import Received, Tick
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.loop.flight import unfinished
@@ -22,8 +22,8 @@ from skylimb.flight.realtime.pacer import stepped
 from skylimb.flight.simulated_run import scored_run
 from skylimb.flight.takeoff import Takeoff
 
-_SENSED = (MOCAP, IMU, JOINT_STATES)
-_OTHERS = tuple(topic for topic in profile_topics("both").published if topic not in _SENSED)
+_SENSED = frozenset(topic.name for topic in (MOCAP, IMU, JOINT_STATES))
+"""Topics that show what the plant is like, also where nobody has seen it."""
 
 
 class Both(Piloted):
@@ -46,6 +46,9 @@ class Both(Piloted):
         self._takeoff, self._missions = takeoff, flyer.missions
         self._bodies = Bodies(takeoff.robot, flyer.link)
         self._link = flyer.link
+        offered = flyer.dialect.topics("both", False).published
+        self._sensed_topics = [topic for topic in offered if topic.name in _SENSED]
+        self._others = [topic for topic in offered if topic.name not in _SENSED]
 
     @property
     def over(self) -> str:
@@ -75,8 +78,8 @@ class Both(Piloted):
         view = tick.view(stamp, self._names, measured)
         felt = felt_by(self._robot, self._link, measured.imu)
         sensed = replace(view, body=tick.body or self._bodies.of(measured), felt=felt)
-        yield from published(_SENSED, sensed, self._k, self._period)
-        yield from published(_OTHERS, view, self._k, self._period)
+        yield from published(self._sensed_topics, sensed, self._k, self._period)
+        yield from published(self._others, view, self._k, self._period)
 
     def _apply(self, tick: Tick) -> None:
         """A tick of physics; a mission that is over is kept, with its scores."""

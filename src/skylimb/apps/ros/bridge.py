@@ -20,9 +20,11 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from skylimb.analysis.exchange.lab_topics import FOREIGN, VIEWS, Topic
+from skylimb.analysis.exchange.lab_topics import FOREIGN, Topic
 from skylimb.apps.ros.messages import Arrived, Outgoing
 from skylimb.apps.ros.pipe import Pipe
+from skylimb.apps.ros.profile import LAB, Dialect
+from skylimb.flight.plan import FlightPlan
 
 _PATIENCE = 0.001
 """Seconds after which subscribers are looked at, though the flight has nothing to say."""
@@ -46,7 +48,8 @@ class Rim:
         say_left_out: says of a profile, its topics and folders of .msg files what is not spoken.
         described_mass: of the robot that is described to all in a namespace, kg; None where none is.
         by_clock: whether nodes live by `/clock`.
-        views: topics that anybody may look at.
+        dialect: how a node speaks on it.
+        opening: what is said once, of a plan.
     """
 
     name: str
@@ -58,7 +61,8 @@ class Rim:
     )
     described_mass: Callable[[str], float | None] = lambda namespace: None
     by_clock: Callable[[], bool] = lambda: False
-    views: tuple[Topic, ...] = VIEWS
+    dialect: Dialect = LAB
+    opening: Callable[[FlightPlan], list[Outgoing]] = lambda plan: []
 
 
 class Connection(Protocol):

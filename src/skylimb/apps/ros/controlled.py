@@ -16,7 +16,6 @@ from skylimb.apps.ros.flyer import Flyer
 from skylimb.apps.ros.lab_config import LabConfig
 from skylimb.apps.ros.messages import Arrived, Outgoing, published
 from skylimb.apps.ros.piloted import Piloted
-from skylimb.apps.ros.profile import profile_topics
 from skylimb.apps.ros.sensors import Sensors
 from skylimb.apps.ros.states import FlightState
 from skylimb.apps.ros.tick import Tick
@@ -35,9 +34,9 @@ class Controlled(Piloted):
 
     def __init__(self, flyer: Flyer, config: LabConfig | None = None) -> None:
         self._config = config or LabConfig()
-        self._sensors = Sensors(flyer.plan.robot, flyer.link, self._config.servos)
+        self._sensors = Sensors(flyer.plan.robot, flyer.link, self._config.servos, flyer.names)
         super().__init__(flyer, measured_layout(flyer.plan.robot, self._sensors.has_imu))
-        self._topics = profile_topics("controller", self._config.servos is not None).published
+        self._topics = flyer.dialect.topics("controller", self._config.servos is not None).published
         first = flyer.first
         self._vectoring = np.asarray(first.vectoring_angles, dtype=float)
         self._starting = False

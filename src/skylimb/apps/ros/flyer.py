@@ -7,8 +7,10 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
+from skylimb.analysis.exchange.lab_messages import Names
 from skylimb.analysis.exchange.lab_topics import NAMESPACE
 from skylimb.apps.ros.limits import FlightLimits
+from skylimb.apps.ros.profile import LAB, Dialect
 from skylimb.apps.ros.references import References
 from skylimb.apps.ros.targets import Target
 from skylimb.control.missions.mission import Mission
@@ -40,6 +42,7 @@ class Flyer:
         guard_limits: when to hold and when to retreat.
         namespace: of the lab's frames.
         desk: what was found before take-off.
+        dialect: how it speaks.
     """
 
     plan: FlightPlan
@@ -52,11 +55,17 @@ class Flyer:
     guard_limits: Limits = field(default_factory=Limits)
     namespace: str = NAMESPACE
     desk: Desk = field(default_factory=Desk)
+    dialect: Dialect = LAB
 
     @property
     def robot(self) -> Robot:
         """What flies."""
         return self.plan.robot
+
+    @property
+    def names(self) -> Names:
+        """Of joints and frames."""
+        return self.dialect.named(self.robot, self.namespace)
 
     @property
     def period(self) -> float:

@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from skylimb.analysis.exchange.lab_topics import Topic
-from skylimb.analysis.exchange.message_types import Definitions
+from skylimb.analysis.exchange.message_types import Types
 from skylimb.apps.ros.messages import Arrived
 
 _log = logging.getLogger(__name__)
@@ -50,7 +50,7 @@ class Inbox:
     def __init__(
         self,
         subscribed: Sequence[Topic],
-        definitions: Definitions,
+        definitions: Types,
         namespace: str,
         clock: Callable[[], float],
         subscribe: Callable[[str, Callable[[Raw], None]], Any],

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from skylimb.analysis.exchange.lab_topics import ROW, Topic
-from skylimb.analysis.exchange.message_types import Definitions
+from skylimb.analysis.exchange.message_types import Types
 
 _log = logging.getLogger(__name__)
 
@@ -29,7 +29,7 @@ class Outbox:
     def __init__(
         self,
         offered: Sequence[Topic],
-        definitions: Definitions,
+        definitions: Types,
         namespace: str,
         advertise: Callable[[str, tuple[str, str, str], int, bool], Any],
     ) -> None:

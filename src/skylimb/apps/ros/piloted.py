@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from skylimb.analysis.exchange.lab_messages import Names
 from skylimb.apps.ros.flyer import Flyer
 from skylimb.apps.ros.heard import Heard
 from skylimb.apps.ros.live_record import LiveRecord
@@ -40,7 +39,7 @@ class Piloted(ABC):
 
     def __init__(self, flyer: Flyer, layout: Layout[dict[str, Any]]) -> None:
         self.pilot, self._pacer, self._period = Pilot(flyer), flyer.pacer, flyer.period
-        self._robot, self._names = flyer.robot, Names(flyer.robot, flyer.namespace)
+        self._robot, self._names = flyer.robot, flyer.names
         self._sorter = MessageSorter(flyer.cells, self._sensed, flyer.limits)
         self._live = LiveRecord(flyer.plan, layout, self.pilot.rehearsed())
         self._k, self._heard = 0, Heard()

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from skylimb.analysis.exchange import lab_topics as topics
+from skylimb.analysis.exchange.lab_messages import Names
 from skylimb.analysis.exchange.lab_topics import Topic
+from skylimb.analysis.exchange.messages import MotorInfo, UavInfo
 from skylimb.analysis.recording.run import Run
+from skylimb.robots.model import Robot
 
 PROFILES = ("simulator", "controller", "both")
 
@@ -58,3 +62,22 @@ def profile_topics(profile: str, servos: bool = False) -> ProfileTopics:
         )
     more = (topics.JOINT_STATES,) if servos else ()
     return ProfileTopics((*topics.USER, *robot), (*board, *targets, *more, *topics.VIEWS))
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """How a node speaks.
+
+    Attributes:
+        topics: of a profile, and whether it speaks with the servos in their own counts.
+        named: gives names of a robot's joints and frames, by the topics' namespace.
+        known: to a simulated flight controller with so many rotors from the start, as nobody will tell it.
+    """
+
+    topics: Callable[[str, bool], ProfileTopics] = profile_topics
+    named: Callable[[Robot, str], Names] = Names
+    known: Callable[[int], tuple[UavInfo | MotorInfo, ...]] = lambda rotors: ()
+
+
+LAB = Dialect()
+"""The lab's own, on ROS 1."""

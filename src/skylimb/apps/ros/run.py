@@ -19,7 +19,7 @@ from skylimb.apps.ros.lab_config import LabConfig, read_lab_config
 from skylimb.apps.ros.limits import FlightLimits
 from skylimb.apps.ros.node import Node, Profile
 from skylimb.apps.ros.pad import Pad
-from skylimb.apps.ros.profile import PROFILES, PendingRun, profile_topics
+from skylimb.apps.ros.profile import PROFILES, PendingRun
 from skylimb.apps.ros.simulated import Simulated
 from skylimb.apps.ros.tick import STARTED_BY_ITS_USER
 from skylimb.base.config import from_mapping
@@ -143,13 +143,12 @@ def run(
     require_applied(plan.experiment.events, (), STARTED_BY_ITS_USER)
     flown = missions_of(plan, missions)
     lab = read_lab_config(config, plan.robot)
-    topics = profile_topics(profile, lab.servos is not None)
+    topics = rim.dialect.topics(profile, lab.servos is not None)
     rim.reach()
     pacer, link = Pacer(period), lab_link(plan.robot, link)
     if profile == "simulator":
-        made: Profile = Simulated(
-            simulated(plan), link, pacer, cells, lab.servos, start, slows=rim.by_clock()
-        )
+        slows, speech = rim.by_clock(), rim.dialect
+        made: Profile = Simulated(simulated(plan), link, pacer, cells, lab.servos, start, slows, speech)
     else:
         told = unprotected(plan.robot, plan.needs.vectoring, plan.experiment.supervisor)
         desk = desk_of(plan.robot, rim.described_mass(namespace), calibration, told)
@@ -164,6 +163,7 @@ def run(
             plan.experiment.supervisor,
             namespace=namespace,
             desk=desk,
+            dialect=rim.dialect,
         )
         made = Both(simulated(plan), flyer) if profile == "both" else Controlled(flyer, lab)
     rim.say_left_out(profile, (*topics.subscribed, *topics.published), messages, say)
@@ -171,7 +171,8 @@ def run(
         say(WARNING)
         for words in _doubts(lab, plan.robot):
             say(words)
-    bridge = Bridge(rim.package, profile, messages, namespace, lab.servos is not None)
+    bridge = Bridge(rim.package, profile, messages, namespace, lab.servos is not None, anywhere)
+    bridge.carry(rim.opening(plan))
     try:
         node = Node(made, bridge, pacer, say, recorder=recorder)
         say(f"{profile}: {plan.robot.name} below /{namespace}, missions {', '.join(flown)}")

@@ -46,15 +46,18 @@ class Sensors:
         robot: what flies.
         link: whose pose and rates come.
         servos: read `servo/states`; None where only `joint_states` come.
+        names: of its joints.
 
     Attributes:
         has_imu: whether the IMU sits on that link, so that a measurement has what it says.
         counts: how often each fault was met.
     """
 
-    def __init__(self, robot: Robot, link: str, servos: Servos | None = None) -> None:
+    def __init__(
+        self, robot: Robot, link: str, servos: Servos | None = None, names: Names | None = None
+    ) -> None:
         self._robot, self._servos = robot, servos
-        self._names, self._frames = Names(robot), frames_function(robot, link)
+        self._names, self._frames = names or Names(robot), frames_function(robot, link)
         self._stamps = {Pose: Stamps(), Imu: Stamps(), Joints: Stamps()}
         self._pose: tuple[float, Pose] | None = None
         self._imu: tuple[float, Imu] | None = None

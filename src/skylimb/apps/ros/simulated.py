@@ -10,7 +10,7 @@ import numpy as np
 from skylimb.analysis.exchange import lab_topics as topics
 from skylimb.analysis.exchange.body import Bodies
 from skylimb.analysis.exchange.frames import felt_by
-from skylimb.analysis.exchange.lab_messages import Names, TickView, floats, vector
+from skylimb.analysis.exchange.lab_messages import TickView, floats, vector
 from skylimb.analysis.exchange.lab_topics import is_due
 from skylimb.analysis.exchange.messages import (
     Desire,
@@ -29,7 +29,7 @@ from skylimb.apps.ros.attitude_filter import AttitudeFilter
 from skylimb.apps.ros.attitude_loop import attitude_loop
 from skylimb.apps.ros.grounded import GroundedPlant
 from skylimb.apps.ros.messages import Arrived, Outgoing, published
-from skylimb.apps.ros.profile import PendingRun, profile_topics
+from skylimb.apps.ros.profile import LAB, Dialect, PendingRun
 from skylimb.apps.ros.servos import Servos
 from skylimb.apps.ros.spinal import Spinal
 from skylimb.apps.ros.states import Arming
@@ -60,6 +60,7 @@ class Simulated:
             mission's first ones.
         slows: whether others live by its time, which `/clock` tells: it goes on by a period a tick, however
             long that took, so that a busy computer loses nothing.
+        dialect: how it speaks.
     """
 
     def __init__(
@@ -71,16 +72,19 @@ class Simulated:
         servos: Servos | None = None,
         start: Mapping[str, float] | None = None,
         slows: bool = False,
+        dialect: Dialect = LAB,
     ) -> None:
         self.slows = slows
         robot = takeoff.robot
         self._period, self._pacer, self._cells = takeoff.period, pacer, cells
         self._inner = round(pacer.period / takeoff.period)
-        self._bodies, self._names, self._servos = Bodies(robot, link), Names(robot), servos
-        offered = profile_topics("simulator", servos is not None).published
+        self._bodies, self._names, self._servos = Bodies(robot, link), dialect.named(robot, ""), servos
+        offered = dialect.topics("simulator", servos is not None).published
         self._topics = tuple(topic for topic in offered if slows or topic is not topics.CLOCK)
         self._robot, self._link, self._forces = robot, link, list[np.ndarray]()
         self._spinal, self._limits = Spinal(robot.n_rotors), robot.thrust_limits()
+        for message in dialect.known(robot.n_rotors):
+            self._spinal = self._spinal.told(message, 0.0)
         self._bounds = np.concatenate([robot.joint_limits(), robot.vectoring_limits()], axis=1)
         first = takeoff.mission.first
         self._angles = np.concatenate([first.joint_angles, first.vectoring_angles])

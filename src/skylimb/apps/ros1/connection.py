@@ -23,9 +23,12 @@ class Rospy:
         messages: folders of .msg files.
         namespace: of the lab's topics.
         servos: whether it speaks with the servos in their own counts.
+        anywhere: whether it may be on a network, which the environment tells rospy.
     """
 
-    def __init__(self, profile: str, messages: Sequence[str], namespace: str, servos: bool) -> None:
+    def __init__(
+        self, profile: str, messages: Sequence[str], namespace: str, servos: bool, anywhere: bool
+    ) -> None:
         require_ros()
         import rospy
 

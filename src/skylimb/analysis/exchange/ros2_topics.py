@@ -1,0 +1,130 @@
+"""What is otherwise on ROS 2 than in the table of `lab_topics`: names, types, frames, and what rviz shows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from skylimb.analysis.exchange import lab_messages as made
+from skylimb.analysis.exchange import lab_topics as topics
+from skylimb.analysis.exchange.codec import WORLD
+from skylimb.analysis.exchange.lab_messages import Fields, Names, TickView, header
+from skylimb.analysis.exchange.lab_topics import Topic
+from skylimb.base.rotations import rotation_from_axis_angle
+from skylimb.robots.model import Robot
+
+Pose = tuple[np.ndarray, np.ndarray]
+"""A place, m, (3,), and axes, (3, 3)."""
+
+Frame = tuple[str, str, np.ndarray, np.ndarray]
+"""Parent and child, and the child's place, m, (3,), and axes, (3, 3), in the parent."""
+
+
+class OwnNames(Names):
+    """Names of the robot's own URDF, so that whatever reads that draws it; frames have no prefix.
+
+    Args:
+        robot: whose.
+        namespace: of the topics.
+    """
+
+    def __init__(self, robot: Robot, namespace: str = "") -> None:
+        super().__init__(robot, namespace)
+        self._description = robot.description
+        self.gimbals = self._description.vectoring_joints
+
+    def frame(self, name: str) -> str:
+        """A link's own name; `fc` is the one that the IMU sits on."""
+        return self._description.imu.link if name == "fc" else name
+
+    def links(self, angles: np.ndarray, *, moving: bool | None = None) -> Iterator[Frame]:
+        """Links in their parents.
+
+        Args:
+            angles: of joints and gimbals, rad.
+            moving: only those whose joint moves, or only those whose joint never does.
+        """
+        known = dict(zip((*self.joints, *self.gimbals), angles, strict=True))
+        for joint in self._description.joints:
+            if moving is None or moving == (joint.name in known):
+                turned = rotation_from_axis_angle(joint.axis, known.get(joint.name, 0.0))
+                yield joint.parent, joint.child, joint.xyz, np.asarray(joint.R @ turned)
+
+    def root(self, angles: np.ndarray, measured: Pose) -> tuple[str, np.ndarray, np.ndarray]:
+        """The URDF's root in W, from the measured link's pose there."""
+        poses: dict[str, Pose] = {self._description.root: (np.zeros(3), np.eye(3))}
+        for parent, child, place, R in self.links(angles):
+            there, axes = poses[parent]
+            poses[child] = there + axes @ place, axes @ R
+        there, axes = poses[self._description.measured_link]
+        R = measured[1] @ axes.T
+        return self._description.root, measured[0] - R @ there, R
+
+
+def transforms(tick: TickView) -> Fields | None:
+    """The robot's root in the world, all links that move in their parents, and the centre of gravity."""
+    body, names, angles = tick.body, tick.names, tick.angles
+    if body is None or angles is None or not isinstance(names, OwnNames):
+        return None
+    root, place, R = names.root(angles, (body.root, body.R_W_root))
+    frames: list[Frame] = [(WORLD, root, place, R), (WORLD, "cog", body.cog, body.R_WC)]
+    frames += names.links(angles, moving=True)
+    return {"transforms": [made.transform(tick, *one) for one in frames]}
+
+
+def mounts(tick: TickView) -> Fields | None:
+    """Links that do not move in their parents."""
+    names, angles = tick.names, tick.angles
+    if angles is None or not isinstance(names, OwnNames):
+        return None
+    return {"transforms": [made.transform(tick, *one) for one in names.links(angles, moving=False)]}
+
+
+def imu(tick: TickView) -> Fields | None:
+    """What the IMU says, in its link's axes."""
+    felt: Any = made.imu(tick)
+    if felt is None:
+        return None
+    x, y, z, w = felt.quaternion_xyzw
+    return {
+        **header(tick, tick.names.frame("fc")),
+        "orientation": (w, x, y, z),
+        "angular_velocity": felt.gyro,
+        "linear_acceleration": felt.acceleration,
+    }
+
+
+def wanted(tick: TickView) -> Fields | None:
+    """Where the centre of gravity is wanted."""
+    return None if tick.target is None else {**header(tick), "point": made.vector(tick.target[0])}
+
+
+TF_STATIC = Topic("/tf_static", topics.TF.type, make=mounts, latched=True)
+DESCRIPTION = Topic("robot_description", topics.MISSION.type, latched=True)
+
+_OTHERWISE = (
+    replace(topics.IMU, type="sensor_msgs/msg/Imu", make=imu),
+    replace(topics.FOUR_AXES, type="skylimb_msgs/msg/RotorThrusts", called="rotor_thrusts"),
+    replace(topics.CONFIG, type="skylimb_msgs/msg/Arming", called="arming"),
+    replace(topics.ACK, type="skylimb_msgs/msg/Arming", called="arming_acknowledged"),
+    replace(topics.PWMS, type="skylimb_msgs/msg/MotorDuties", called="motor_duties"),
+    replace(topics.DESIRE, type="skylimb_msgs/msg/ControlledAxes", called="controlled_axes"),
+    replace(topics.BATTERY, type="sensor_msgs/msg/BatteryState", called="battery_state"),
+    replace(topics.NAV, type="geometry_msgs/msg/TwistStamped", called="cmd_vel"),
+    replace(topics.COG, make=made.in_its_axes(made.cog_odometry), called="cog/odom"),
+    replace(topics.BASELINK, make=made.in_its_axes(made.baselink_odometry), called="odom"),
+    replace(topics.TF, make=transforms),
+)
+_BY_NAME = {topic.name: topic for topic in _OTHERWISE}
+
+VIEWS = (TF_STATIC, DESCRIPTION, replace(topics.REFERENCE, make=wanted, called="cog/target"))
+"""What anybody may look at besides what ROS 1 has."""
+
+
+def spoken(topic: Topic) -> Topic | None:
+    """A topic of the table as it is on ROS 2; None for what it is not."""
+    topic = _BY_NAME.get(topic.name, topic)
+    return None if topic.type.startswith(("spinal", "aerial_robot_msgs")) else topic

@@ -1,0 +1,30 @@
+"""What a node needs of ROS 2 before its process begins."""
+
+from __future__ import annotations
+
+import os
+
+from skylimb.analysis.exchange.ros2_topics import DESCRIPTION
+from skylimb.apps.ros.bridge import Rim
+from skylimb.apps.ros.messages import Outgoing
+from skylimb.apps.ros2.dialect import ROS2_DIALECT
+from skylimb.base.errors import ConfigError, extra_module
+from skylimb.flight.plan import FlightPlan
+
+
+def _require(anywhere: bool) -> None:
+    """Raise where DDS or the types are not installed, or the domain is no number."""
+    extra_module("cyclonedds")
+    extra_module("rosbags")
+    number = os.environ.get("ROS_DOMAIN_ID") or "0"
+    if not number.isdecimal() or int(number) > 232:
+        raise ConfigError(f"ROS_DOMAIN_ID = '{number}' is not a number from 0 to 232")
+
+
+def _opening(plan: FlightPlan) -> list[Outgoing]:
+    """The robot's URDF."""
+    urdfs = [one for one in plan.robot.description.sources if one.path.suffix == ".urdf"]
+    return [Outgoing(DESCRIPTION, one.content.decode("utf-8")) for one in urdfs]
+
+
+ROS2 = Rim("ROS 2", "skylimb.apps.ros2", _require, dialect=ROS2_DIALECT, opening=_opening)
