@@ -12,6 +12,7 @@ import numpy as np
 
 from skylimb.analysis.exchange.lab_topics import DIAGNOSTICS
 from skylimb.analysis.exchange.recorder import FlightRecorder
+from skylimb.apps.ros.answers import END, answers
 from skylimb.apps.ros.bridge import Bridge
 from skylimb.apps.ros.messages import Arrived, Outgoing
 from skylimb.apps.ros.piloted import Piloted
@@ -84,7 +85,9 @@ class Node:
                     self._late.append(self._pacer.wait(k))
                     if self._profile.slows and self._pacer.missed:
                         self._pacer.forgive()
-                    messages = self._profile.tick(self._arrived(), self._clock())
+                    arrived = self._arrived()
+                    messages = self._profile.tick(arrived, self._clock())
+                    messages += answers(arrived, self._profile.last)
                     self._bridge.carry(messages)
                     if self._recorder is not None:
                         self._recorder.take(messages)
@@ -111,6 +114,8 @@ class Node:
     def _arrived(self) -> list[Arrived]:
         started = self._pacer.started
         arrived = [one._replace(at=one.at - started) for one in self._bridge.take()]
+        if not self._to_end and any(one.topic == END for one in arrived):
+            self._to_end = 1
         if self._to_end:
             arrived.append(Arrived(_LAND, None, "Ctrl-C", self._pacer.time()))
         return arrived

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
-from skylimb.analysis.exchange.lab_topics import IMU, MOCAP, Topic
+from skylimb.analysis.exchange.lab_topics import IMU, MOCAP, ORDERS, Topic
 from skylimb.analysis.exchange.ros2_types import Ros2Types
+from skylimb.apps.ros.answers import ANSWER
 from skylimb.apps.ros.inbox import MOST, Inbox, Raw
 from skylimb.apps.ros.messages import Arrived
 from skylimb.apps.ros.outbox import Outbox
 from skylimb.apps.ros2.dds_types import DdsTypes
 from skylimb.apps.ros2.dialect import ROS2_DIALECT
+from skylimb.apps.ros2.services import PARAMETERS, Services
+
+_log = logging.getLogger(__name__)
 
 _BEST_EFFORT = (MOCAP.name, IMU.name)
 """Sensor data, of which a newer one is worth more than a lost one."""
@@ -59,7 +64,7 @@ class Dds:
         self._readers: dict[Topic, tuple[Any, Callable[[Raw], None]]] = {}
         self._inbox = Inbox(topics.subscribed, types, namespace, time.monotonic, self._subscribe)
         self._outbox = Outbox(topics.published, types, namespace, self._advertise)
-        self.publish = self._outbox.publish
+        self._services = _services(profile, namespace, topics.subscribed)
         self._commands = {f"rt{topic.full(namespace)}" for topic in topics.commands}
         self._publications = BuiltinDataReader(self._participant, BuiltinTopicDcpsPublication)
 
@@ -82,6 +87,16 @@ class Dds:
         others = (one for one in self._others() if one.topic_name in self._commands)
         return tuple(f"participant {one.participant_key} on {one.topic_name[2:]}" for one in others)
 
+    def publish(self, messages: Iterable[tuple[str, Any]]) -> None:
+        """Publish messages by the names of their topics; those of no topic are for the services."""
+        messages = list(messages)
+        self._outbox.publish(messages)
+        for name, value in messages:
+            if self._services is not None and name == ANSWER.name:
+                self._services.answer(*value)
+            elif self._services is not None and name == PARAMETERS.name:
+                self._services.declare(value)
+
     def take(self) -> list[Arrived]:
         """What has come."""
         for reader, keep in self._readers.values():
@@ -89,7 +104,7 @@ class Dds:
                 if message.sample_info.valid_data:
                     sender = str(message.sample_info.publication_handle)
                     keep(Raw(message.content, "*", "", sender, 0.0))
-        return self._inbox.take()
+        return [*self._inbox.take(), *(self._services.take() if self._services is not None else ())]
 
     def close(self) -> None:
         """Leave: what DDS holds goes with the process."""
@@ -130,6 +145,15 @@ def _qos(topic: Topic, depth: int) -> Any:
         Policy.History.KeepLast(1 if topic.latched else depth),
         Policy.DataRepresentation(use_cdrv0_representation=True),
     )
+
+
+def _services(profile: str, namespace: str, subscribed: Iterable[Topic]) -> Services | None:
+    """Services, where rclpy is."""
+    try:
+        return Services(profile, namespace, [topic for topic in subscribed if topic in ORDERS])
+    except ImportError:
+        _log.warning("no services: rclpy is not there (a ROS 2 that is sourced has it); topics do the same")
+        return None
 
 
 class _Writer:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 
 from skylimb.analysis.exchange.ros2_topics import DESCRIPTION
 from skylimb.apps.ros.bridge import Rim
 from skylimb.apps.ros.messages import Outgoing
 from skylimb.apps.ros2.dialect import ROS2_DIALECT
+from skylimb.apps.ros2.services import PARAMETERS, Parameter
 from skylimb.base.errors import ConfigError, extra_module
+from skylimb.base.keys.listing import described
 from skylimb.flight.plan import FlightPlan
 
 
@@ -22,9 +25,18 @@ def _require(anywhere: bool) -> None:
 
 
 def _opening(plan: FlightPlan) -> list[Outgoing]:
-    """The robot's URDF."""
+    """The robot's URDF, and what it is flown with."""
     urdfs = [one for one in plan.robot.description.sources if one.path.suffix == ".urdf"]
-    return [Outgoing(DESCRIPTION, one.content.decode("utf-8")) for one in urdfs]
+    said = [Outgoing(DESCRIPTION, one.content.decode("utf-8")) for one in urdfs]
+    return [*said, Outgoing(PARAMETERS, list(_parameters(plan)))]
+
+
+def _parameters(plan: FlightPlan) -> Iterator[Parameter]:
+    for name, value, info in described(plan.experiment):
+        if isinstance(value, bool | int | float | str):
+            more = ", ".join(filter(None, (info.unit, info.range)))
+            words = f"{info.meaning} ({more})" if more else info.meaning
+            yield name, value, words, info.key.low, info.key.high
 
 
 ROS2 = Rim("ROS 2", "skylimb.apps.ros2", _require, dialect=ROS2_DIALECT, opening=_opening)
