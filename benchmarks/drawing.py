@@ -23,8 +23,8 @@ from typing import Any
 import numpy as np
 
 from skylimb.analysis.recording.run import Run
-from skylimb.analysis.scores.drawn_strokes import lifted, stroke_begins
 from skylimb.analysis.scores.pen_line import drawn_samples
+from skylimb.analysis.scores.strokes import lifted, stroke_begins
 from skylimb.control.corrections import Corrections
 from skylimb.flight.drivers.native import fly_native
 from skylimb.flight.simulated_run import scored_run

@@ -15,9 +15,9 @@ import pytest
 from skylimb.base.rotations import rotation_from_quaternion
 from skylimb.control.records import Command
 from skylimb.flight.takeoff import take_off
+from skylimb.simulation.plant_tick import plant_numbers
 from skylimb.simulation.rotors import RotorNumbers, rotor_tick
 from skylimb.simulation.servo_friction import servo_brakes
-from skylimb.simulation.tick import plant_numbers
 from skylimb.simulation.vehicle import actuator_function
 
 pin: Any = import_module("pinocchio")

@@ -68,8 +68,7 @@ def tip_mass(takeoff: Takeoff, held: bool) -> float:
     jacobian, M = np.zeros((3, model.nv)), np.zeros((model.nv, model.nv))
     mujoco.mj_jacSite(model, data, jacobian, None, model.site(TIP_SITE).id)
     mujoco.mj_fullM(model, data, M)
-    turning = [address - 1 for address in (*takeoff.plant.joint_qpos, *takeoff.plant.vectoring_qpos)]
-    moving = [*range(6)] if held else [*range(6), *turning]
+    moving = [*range(6)] if held else [*range(6), *takeoff.plant.dofs]
     along = takeoff.experiment.surface.R_WS[:, 0] @ jacobian[:, moving]
     return float(1.0 / (along @ np.linalg.solve(M[np.ix_(moving, moving)], along)))
 

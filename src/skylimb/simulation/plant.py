@@ -104,6 +104,16 @@ class Plant:
     peg: Peg | None = None
     turning: bool = False
 
+    @property
+    def places(self) -> list[int]:
+        """Where the angles of shape and vectoring joints stand in qpos."""
+        return [*self.joint_qpos, *self.vectoring_qpos]
+
+    @property
+    def dofs(self) -> list[int]:
+        """Where their rates stand in qvel: the free joint has a velocity less than places."""
+        return [place - 1 for place in self.places]
+
     def compliance(self, stiffness: float) -> tuple[float, float, float]:
         """How the contact gives way with a surface of this stiffness, N/m; see `pair_compliance`.
 
@@ -203,7 +213,7 @@ def _place_at_hover(plant: Plant, data: mujoco.MjData, first: Reference, angles:
     R_WB = rot_z(yaw) @ state.R_root_C.T
     data.qpos[0:3] = first.position - R_WB @ state.cog_root
     data.qpos[3:7] = quaternion_from_rotation(R_WB)
-    data.qpos[list(plant.joint_qpos + plant.vectoring_qpos)] = angles
+    data.qpos[plant.places] = angles
     data.act[:] = np.concatenate([state.hover_thrusts, angles])
 
 
@@ -213,5 +223,4 @@ def _static_servo_torque(plant: Plant, data: mujoco.MjData) -> np.ndarray:
     mujoco.mj_forward(model, data)
     # Each servo is at its set point and gives nothing, so what acts on the joints is the rotors' alone. The
     # free joint has one velocity less than positions.
-    dofs = [address - 1 for address in plant.joint_qpos + plant.vectoring_qpos]
-    return (data.qfrc_bias - data.qfrc_actuator)[dofs]
+    return (data.qfrc_bias - data.qfrc_actuator)[plant.dofs]

@@ -41,8 +41,7 @@ class PlantSteps:
     def __init__(self, plant: Plant, data: mujoco.MjData, own: UserPlant) -> None:
         self._own, self._reading, self._what = own, plant.reading, f"plant '{plant_name(own)}'"
         robot, n, step = plant.robot.description, plant.robot.n_rotors, float(plant.model.opt.timestep)
-        places = [*plant.joint_qpos, *plant.vectoring_qpos]
-        rates = [place - 1 for place in places]  # a free joint has a velocity less than places
+        places, rates = plant.places, plant.dofs
         shape = slice(plant.robot.n_joints)
         vectoring = slice(plant.robot.n_joints, None)
         self._rotors, self._servos, self._rates = slice(n), slice(n, n + len(places)), rates

@@ -14,142 +14,32 @@ from __future__ import annotations
 import dataclasses
 from collections import OrderedDict
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import casadi as ca
-import mujoco
 import numpy as np
 
-from skylimb.base.errors import DescriptionError
 from skylimb.base.packing import Layout, structure
 from skylimb.base.split_function import PythonCall, split_function
 from skylimb.control.controller import TraceableController
-from skylimb.control.estimation.records import Measurement
 from skylimb.control.loop.flight import MISSION_TIME
-from skylimb.control.loop.vehicle import measured_signals
 from skylimb.control.missions.clock import next_clock, start_of_mission
 from skylimb.control.missions.table import Window, window_of
 from skylimb.control.needs import PACE, needs_of
-from skylimb.control.records import Command
 from skylimb.control.supervisor.supervised import Supervised
-from skylimb.robots.description import RobotDescription
-from skylimb.simulation.actuators import actuate
-from skylimb.simulation.imu import imu_motion
 from skylimb.simulation.plant import Plant
-from skylimb.simulation.rotors import RotorNumbers, momentum_forces, rotor_numbers, rotor_tick
+from skylimb.simulation.plant_tick import (
+    check_measured_link,
+    drive_plant,
+    initial_rates,
+    plant_numbers,
+    plant_signals,
+    sense_plant,
+    symbolic_outputs,
+)
 from skylimb.simulation.rows import TickRow, reference_layout, row_layout
-from skylimb.simulation.sensors import SensorConfig, SensorState, initial_sensor_state, sense
+from skylimb.simulation.sensors import SensorConfig, initial_sensor_state
 from skylimb.symbolic import where
-
-
-class PlantOutputs(NamedTuple):
-    """MuJoCo's state at a tick, and the contact's samples since the last one."""
-
-    qpos: Any
-    qvel: Any
-    act: Any
-    history: Any
-
-
-def sense_plant(
-    plant: Plant, state: SensorState, outputs: PlantOutputs, row: TickRow, dt: float
-) -> tuple[SensorState, Measurement]:
-    """The measurement of this tick."""
-    root = ca.vertcat(outputs.qpos[0:7], outputs.qvel[0:6])
-    joints = outputs.qpos[list(plant.joint_qpos)]
-    vectoring = outputs.qpos[list(plant.vectoring_qpos)]
-    imu, robot = None, plant.robot
-    if state.imu:
-        rates = outputs.qvel[_joint_rates(plant)]
-        imu = imu_motion(robot, root, joints, vectoring, rates), robot.description.gravity, row.imu_age
-    return sense(state, root, joints, vectoring, row.age, row.noise, dt, row.held, imu, row.stamp)
-
-
-def _joint_rates(plant: Plant) -> list[int]:
-    """Where the rates of shape and vectoring joints stand: the free joint has a velocity less than places."""
-    return [address - 1 for address in (*plant.joint_qpos, *plant.vectoring_qpos)]
-
-
-def plant_signals(
-    plant: Plant, outputs: PlantOutputs, measurement: Measurement, command: Command
-) -> dict[str, Any]:
-    """What is recorded whatever the controller: truth, measurement and command."""
-    contact = plant.reading.average(outputs.history)
-    n = len(plant.robot.description.rotors)
-    return {
-        "configuration": outputs.qpos,
-        "configuration_velocity": outputs.qvel,
-        **measured_signals(measurement),
-        "thrusts": outputs.act[:n],
-        "thrusts_command": command.thrusts,
-        "joint_angles_command": command.joint_angles,
-        "vectoring_angles_command": command.vectoring_angles,
-        "contact_force": contact.force,
-        "contact_duty": contact.duty,
-        "contact_point": contact.position,
-    }
-
-
-class Drive(NamedTuple):
-    """What a command does to the plant over a tick.
-
-    Attributes:
-        controls: of its actuators, in their order.
-        joint_forces: generalised forces besides: the rotors' change of angular momentum, (nv,).
-        signals: of the rotors, for the record.
-        rates: of root and joints at this tick, for the next one.
-    """
-
-    controls: Any
-    joint_forces: Any
-    signals: dict[str, Any]
-    rates: Any
-
-
-def drive_plant(
-    plant: Plant,
-    description: RobotDescription,
-    outputs: PlantOutputs,
-    command: Command,
-    rotors: Any,
-    before: Any,
-    dt: float,
-) -> Drive:
-    """Send a command to the plant.
-
-    Args:
-        plant: what flies.
-        description: the limits that the command meets.
-        outputs: the plant now.
-        command: of this tick.
-        rotors: `plant_numbers`, flat.
-        before: rates of root and joints at the tick before, as `initial_rates` begins them.
-        dt: control period, s.
-    """
-    controls = actuate(description, command, outputs.act, dt)
-    forces, n = ca.SX(plant.model.nv, 1), plant.robot.n_rotors
-    if not plant.turning:
-        return Drive(controls, forces, {}, ())
-    numbers = RotorNumbers(*ca.vertsplit(rotors, n))
-    tick = rotor_tick(numbers, outputs.act[:n], command.thrusts, dt)
-    joints = [*plant.joint_qpos, *plant.vectoring_qpos]
-    turns = [3, 4, 5, *_joint_rates(plant)]
-    rates = outputs.qvel[turns]
-    # As they will be in the middle of the tick: a torque that is held would else feed a precession.
-    middle = 1.5 * rates - 0.5 * before
-    forces[turns] = momentum_forces(plant.robot, numbers, tick, outputs.qpos[joints], middle)
-    signals = {"rotor_speeds": tick.speeds, "motor_torques": tick.motor_torques}
-    return Drive(ca.vertcat(tick.controls, controls[n:]), forces, signals, rates)
-
-
-def initial_rates(plant: Plant) -> np.ndarray | tuple[()]:
-    """Rates before the first tick, at rest; nothing where the rotors have no speed."""
-    return np.zeros(3 + plant.robot.n_joints + plant.robot.n_vectoring) if plant.turning else ()
-
-
-def plant_numbers(plant: Plant, dt: float) -> np.ndarray:
-    """Numbers of the plant that a tick takes as data: those of its rotors where they turn, flat."""
-    return np.concatenate(rotor_numbers(plant.robot.description, dt)) if plant.turning else np.zeros(0)
 
 
 @dataclass(frozen=True)
@@ -181,22 +71,6 @@ class CompiledTick:
     rotors: np.ndarray
     clock: int | None = None
     calls: tuple[PythonCall, ...] = ()
-
-
-def check_measured_link(plant: Plant) -> None:
-    """Raise a `DescriptionError` unless the measured link is the root, whose twist the plant gives."""
-    description = plant.robot.description
-    if description.measured_link != description.root:
-        raise DescriptionError(
-            f"robot {description.name}: measured_link = '{description.measured_link}' must be the root link "
-            f"'{description.root}'"
-        )
-
-
-def symbolic_outputs(model: mujoco.MjModel) -> PlantOutputs:
-    """Symbols in place of the plant's outputs."""
-    sizes = (("qpos", model.nq), ("qvel", model.nv), ("act", model.na), ("history", model.nhistory))
-    return PlantOutputs(*(ca.SX.sym(name, int(size)) for name, size in sizes))
 
 
 def initial_tick_state(

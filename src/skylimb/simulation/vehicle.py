@@ -15,9 +15,7 @@ from skylimb.control.estimation.records import Measurement, zero_measurement
 from skylimb.control.records import Command
 from skylimb.simulation.engine_warnings import raised_warnings
 from skylimb.simulation.plant import Plant
-from skylimb.simulation.rows import row_layout
-from skylimb.simulation.sensors import SensorConfig, initial_sensor_state
-from skylimb.simulation.tick import (
+from skylimb.simulation.plant_tick import (
     PlantOutputs,
     check_measured_link,
     drive_plant,
@@ -27,6 +25,8 @@ from skylimb.simulation.tick import (
     sense_plant,
     symbolic_outputs,
 )
+from skylimb.simulation.rows import row_layout
+from skylimb.simulation.sensors import SensorConfig, initial_sensor_state
 
 Advance = Callable[[mujoco.MjModel, mujoco.MjData, int], None]
 """Advances the physics by a number of steps: the engine itself, or a user's plant (`PlantSteps`)."""

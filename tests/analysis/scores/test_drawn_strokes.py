@@ -12,10 +12,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from skylimb.analysis.recording import Run
-from skylimb.analysis.scores.drawn_strokes import drawn_line, lift
+from skylimb.analysis.scores.drawn_strokes import lift
 from skylimb.analysis.scores.fidelity import Fidelity, fidelity, frechet
 from skylimb.analysis.scores.metrics import metrics
 from skylimb.analysis.scores.pen_line import pen_deviation
+from skylimb.analysis.scores.strokes import drawn_line
 
 CENTRE = np.array([1.2, 0.0, 1.2])
 SQUARE = np.array([[0.0, 0.0], [0.1, 0.0], [0.1, 0.1], [0.0, 0.1], [0.0, 0.0]])

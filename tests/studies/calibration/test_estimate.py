@@ -10,7 +10,8 @@ import pytest
 
 import skylimb
 from skylimb.robots.model import Robot
-from skylimb.studies.calibration.estimate import USUAL_NOISE, Fit, estimate, robust_weights
+from skylimb.studies.calibration.estimate import USUAL_NOISE, estimate
+from skylimb.studies.calibration.fit import Fit, robust_weights
 from skylimb.studies.calibration.parameters import centers, slices, spreads
 from skylimb.studies.calibration.public import calibration_from
 from skylimb.studies.calibration.record import Record, record_of

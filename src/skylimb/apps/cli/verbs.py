@@ -6,8 +6,9 @@ from typing import Annotated, Literal
 
 from skylimb.apps.cli.arguments import Verb, arg
 from skylimb.apps.cli.calibrating import calibrate
-from skylimb.apps.cli.campaigns import campaign, campaign_report, faults, reproduce, tune
+from skylimb.apps.cli.campaigns import campaign, campaign_report, tune
 from skylimb.apps.cli.converting import convert, salvage
+from skylimb.apps.cli.ensembles import faults, reproduce
 from skylimb.apps.cli.examples import examples
 from skylimb.apps.cli.exporting import export_c
 from skylimb.apps.cli.flying import compare, draw, run

@@ -50,7 +50,7 @@ class GroundedPlant:
         )
         self._springs = springs[0].copy(), springs[1].copy()
         if angles is not None:
-            self._data.qpos[[*here.plant.joint_qpos, *here.plant.vectoring_qpos]] = angles
+            self._data.qpos[here.plant.places] = angles
             self._data.act[self._servos] = angles
         self._vehicle = simulated_vehicle(takeoff, here, takeoff.rows.ticks)
         self._root = self._model.body(takeoff.robot.description.root).id

@@ -6,7 +6,7 @@ import copy
 import dataclasses
 import functools
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import field, replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -14,17 +14,17 @@ from typing import Annotated, Any
 from skylimb.analysis.recording.origin import TABLE, absolute, changes_since, used_files
 from skylimb.analysis.recording.versions import origin_versions
 from skylimb.base.config import from_mapping, put, read_toml, to_mapping, value_of
-from skylimb.base.errors import ConfigError, SkylimbError, UnknownNameError, nearest, unknown_name
-from skylimb.base.keys import Key, configuration, keys_of
+from skylimb.base.errors import ConfigError, SkylimbError, UnknownNameError, unknown_name
+from skylimb.base.keys import Key, KeyInfo, configuration, keys_of
 from skylimb.base.keys.key import shown
 from skylimb.control.loop.terminations import Terminations
 from skylimb.control.missions.configuration import MissionConfig
 from skylimb.control.planning.posture_path import PostureConfig
 from skylimb.control.planning.user_path import spelled_out
-from skylimb.control.slots import shipped_gains
 from skylimb.control.supervisor.limits import Limits
 from skylimb.flight.events import Event, events_from_mapping
 from skylimb.flight.experiments.tolerances import Tolerances
+from skylimb.flight.experiments.unknown_keys import unknown_key
 from skylimb.robots.description import GRAVITY
 from skylimb.robots.loader import list_robots, load_robot
 from skylimb.robots.model import Robot
@@ -203,7 +203,8 @@ def _beside(tables: dict[str, Any], folder: Path) -> dict[str, Any]:
     recorded = {"changes": changes, "use": used_files(tables, folder)}
     recorded = {name: value for name, value in recorded.items() if value}
     tables = {**absolute(tables, folder), **({TABLE: recorded} if recorded else {})}
-    for key in (*_file_keys(), "surface.kind", *_code_keys(tables)):
+    files = (key for key, info in experiment_keys().items() if info.key.file)
+    for key in (*files, "surface.kind", *_code_keys(tables)):
         value = value_of(tables, key)
         if isinstance(value, str) and _is_file(key, value, folder):
             put(tables, key, Path(os.path.abspath(folder / value)).as_posix())
@@ -233,10 +234,10 @@ def _code_keys(tables: Mapping[str, Any]) -> list[str]:
 
 
 @functools.cache
-def _file_keys() -> tuple[str, ...]:
-    """Dotted keys of an experiment that name a file."""
+def experiment_keys() -> dict[str, KeyInfo]:
+    """Every dotted key that an experiment may have, those of all surfaces with it."""
     surfaces = {f"surface.{key}": info for kind in SURFACES.values() for key, info in keys_of(kind).items()}
-    return tuple(key for key, info in {**keys_of(Settings), **surfaces}.items() if info.key.file)
+    return {**keys_of(Settings), **surfaces}
 
 
 def experiment_from_mapping(mapping: Mapping[str, Any], where: str) -> Experiment:
@@ -250,39 +251,13 @@ def experiment_from_mapping(mapping: Mapping[str, Any], where: str) -> Experimen
         if key in _NOW_EVENTS:
             raise UnknownNameError(f"{where}: '{key}' is written as [[events]] with {_NOW_EVENTS[key]} now")
         if key not in known:
-            raise _unknown_key(where, key, value, known)
+            raise unknown_key(where, key, value, known, experiment_keys())
     settings = from_mapping(Settings, tables, where)
     values = {f.name: getattr(settings, f.name) for f in dataclasses.fields(Settings)}
     # The surface faces the robot along the experiment's contact axis unless the file says otherwise.
     surface = {"contact_axis": list(settings.contact_axis), **surface}
     made = surface_from_mapping(surface, where)
     return Experiment(**values, surface=made, events=events, controller=controller, recorded=recorded)
-
-
-def _unknown_key(where: str, key: str, value: Any, known: Iterable[str]) -> UnknownNameError:
-    """The error for a key that no experiment has; it names the whole keys that end in it."""
-    while isinstance(value, dict) and len(value) == 1:
-        inside, value = next(iter(value.items()))
-        key = f"{key}.{inside}"
-    whole = sorted(_whole_keys(key), key=lambda name: (name.count("."), name))
-    if not whole:
-        return unknown_name(f"key of {where}", key, known)
-    return UnknownNameError(
-        f"unknown key '{key}' of {where}; did you mean {' or '.join(repr(name) for name in whole[:3])}? "
-        f"(skylimb keys {key.rpartition('.')[2]} finds more)"
-    )
-
-
-def _whole_keys(key: str) -> list[str]:
-    """Keys of experiments and controllers that end in `key`; those that are spelled alike where none do."""
-    surfaces = [f"surface.{name}" for kind in SURFACES.values() for name in keys_of(kind)]
-    settings = list(dict.fromkeys([*keys_of(Settings), *surfaces]))
-    gains = [f"controller.{name}" for name in shipped_gains()]
-    found = [name for name in dict.fromkeys([*settings, *gains]) if name.endswith(f".{key}")]
-    if found:
-        return found
-    guess = nearest(key.rpartition(".")[2], {name.rpartition(".")[2] for name in settings})
-    return [name for name in settings if guess and name.rpartition(".")[2] == guess]
 
 
 def _table(tables: dict[str, Any], name: str, where: str) -> dict[str, Any]:

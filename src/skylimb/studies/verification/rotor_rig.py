@@ -25,8 +25,8 @@ from skylimb.robots.description import (
 from skylimb.robots.model import Robot
 from skylimb.simulation.plant import Plant, build_plant
 from skylimb.simulation.plant_config import PlantConfig
+from skylimb.simulation.plant_tick import plant_numbers
 from skylimb.simulation.surfaces import Board
-from skylimb.simulation.tick import plant_numbers
 from skylimb.simulation.vehicle import actuator_function
 
 PERIOD = 0.005  # s, control period of the rigs

@@ -1,0 +1,160 @@
+"""The strokes that a pen drew, beside those that it was to draw.
+
+**Place and shape** are told apart by the rigid move that lays all strokes together best on their reference.
+How far that move takes the reference is the error of the place. What it leaves, stroke by stroke, is that of
+the shape, held to what the size of its corners and bows allows (`skylimb.analysis.scores.fit`).
+
+Every mark counts: what the pen draws while it touches down, settles and leaves has its own distance from the
+line. All of it in the sliding plane, as in `skylimb.analysis.scores.pen_line`.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from skylimb.analysis.scores.fidelity import Fidelity, fidelity, frechet
+from skylimb.analysis.scores.fit import Allowed, at_most, best_move, extent, feature_sizes, thinned
+from skylimb.analysis.scores.nearest import distances, nearest
+from skylimb.analysis.scores.pen_line import dense, drawn_samples, marks, reference_line
+from skylimb.analysis.scores.signals import in_contact, in_phase, phase_names, stretches
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_SHAPE_POINTS = 600
+"""Points of a reference line at most where what is allowed is wider than their spacing."""
+
+
+@dataclass(frozen=True)
+class Stroke(Fidelity):
+    """A stroke in its place, and its shape once the place of the whole drawing is taken off.
+
+    Attributes:
+        shape: distance of the moved stroke from its reference, root mean square, m.
+        excess: how many times as far as its corners and bows allow it is off its shape; by the root mean
+            square of drawn places and of reference places, and by the Frechet distance, the greatest of all.
+        covered: share of the stroke's length that is drawn, no farther off than a single place may be.
+        kept: whether it was drawn and keeps its shape.
+    """
+
+    shape: float
+    excess: float
+    covered: float
+    kept: bool
+
+
+class Drawn(NamedTuple):
+    """A whole drawing.
+
+    Attributes:
+        whole: all strokes, one behind the other.
+        place: how far the move that lays it best on its reference takes it, root mean square, m.
+        place_allowed: of that, for its size, m.
+        marks: farthest that a mark of touching down, settling and leaving is from the line, m; 0 for none.
+        marks_allowed: of that, for its size, m.
+        strokes: one by one.
+    """
+
+    whole: Fidelity
+    place: float
+    place_allowed: float
+    marks: float
+    marks_allowed: float
+    strokes: tuple[Stroke, ...]
+
+
+def drawn_line(log: xr.Dataset) -> Drawn | None:
+    """How faithfully a line was drawn, whole and stroke by stroke; None where there is no reference line.
+
+    Where strokes cannot be told apart, all that was drawn belongs to the first.
+    """
+    lines = reference_line(log)
+    if not lines:
+        return None
+    allowed = Allowed.stated(json.loads(log.attrs.get("tolerances", "{}")))
+    size = extent(lines)
+    samples, points = drawn_samples(log)
+    begins = stroke_begins(log)
+    parts = np.searchsorted(begins if len(begins) == len(lines) else begins[:1], samples, side="right") - 1
+    drawn = [list(_pieces(samples[parts == index], points[parts == index])) for index in range(len(lines))]
+    wanted = [dense(thinned(line)) for line in lines]
+    move = best_move([np.vstack([np.zeros((0, 2)), *map(dense, pieces)]) for pieces in drawn], wanted)
+    there = np.vstack(wanted)
+    taken = np.linalg.norm(move.of(there) - there, axis=1) if len(samples) else np.array([np.nan])
+    numbers, touched = marks(log)
+    besides = touched[~np.isin(numbers, samples)]
+    strokes = tuple(
+        _stroke(fidelity([line], pieces), dense_line, [move.of(piece) for piece in pieces], allowed)
+        for line, dense_line, pieces in zip(lines, wanted, drawn, strict=True)
+    )
+    return Drawn(
+        strokes[0] if len(strokes) == 1 else fidelity(lines, [piece for pieces in drawn for piece in pieces]),
+        float(np.sqrt(np.mean(taken**2))),
+        float(allowed.of(size)),
+        float(distances(move.of(besides), there).max(initial=0.0)),
+        float(allowed.farthest(size, allowed.marks)),
+        strokes,
+    )
+
+
+def _stroke(placed: Fidelity, wanted: np.ndarray, drawn: list[np.ndarray], allowed: Allowed) -> Stroke:
+    """A stroke with its shape.
+
+    Args:
+        placed: how faithful it is in its place.
+        wanted: its reference, (n, 2), m.
+        drawn: what was drawn of it, moved; (k, 2) each, m.
+        allowed: how far it may be off.
+    """
+    if not drawn:
+        return Stroke(**asdict(placed), shape=np.nan, excess=np.nan, covered=0.0, kept=False)
+    points, sizes = np.vstack(drawn), feature_sizes(wanted)
+    most, farthest = allowed.of(sizes), allowed.farthest(sizes, allowed.frechet)
+    beside = nearest(points, wanted)
+    off, missing = np.linalg.norm(points - wanted[beside], axis=1), distances(wanted, points)
+    ratios = (
+        np.sqrt(np.mean((off / most[beside]) ** 2)),
+        np.sqrt(np.mean((missing / most) ** 2)),
+        frechet(at_most(wanted, _SHAPE_POINTS), points, at_most(farthest, _SHAPE_POINTS)),
+    )
+    return Stroke(
+        **asdict(placed),
+        shape=float(np.sqrt(np.mean(off**2))),
+        excess=float(max(ratios)),
+        covered=float(np.mean(missing <= farthest)),
+        kept=bool(max(ratios) <= 1.0),
+    )
+
+
+def stroke_begins(log: xr.Dataset) -> np.ndarray:
+    """The sample from which on a touch belongs to each stroke, (strokes,).
+
+    A lift is divided where the pen was off the surface for the longest time: what it drew before is the tail
+    of the last stroke, what it drew after is the lead to the next. A pen that never left divides it in its
+    middle.
+    """
+    touching, found = in_contact(log), [0]
+    for begin, end in stretches(lifted(log)):
+        away = [(stop - start, start, stop) for start, stop in stretches(~touching[begin:end])]
+        _, start, stop = max(away, default=(0, 0, end - begin))
+        found.append(begin + (start + stop) // 2)
+    return np.array(found)
+
+
+def lifted(log: xr.Dataset) -> np.ndarray:
+    """At which samples the pen is to be lifted, between the first stroke and the last, (time,)."""
+    if "lift" not in phase_names(log):
+        return np.zeros(log.sizes["time"], dtype=bool)
+    return in_phase(log, "lift")
+
+
+def _pieces(samples: np.ndarray, points: np.ndarray) -> Iterator[np.ndarray]:
+    """What was drawn from touch to loss of touch, with points `COARSE` apart at least."""
+    for piece in np.split(points, np.flatnonzero(np.diff(samples) > 1) + 1):
+        if len(piece):
+            yield thinned(piece)

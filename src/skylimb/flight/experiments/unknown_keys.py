@@ -1,0 +1,43 @@
+"""What was meant by a key that an experiment does not have: a key is often named by its end alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from skylimb.base.errors import UnknownNameError, nearest, unknown_name
+from skylimb.control.slots import shipped_gains
+
+
+def unknown_key(
+    where: str, key: str, value: Any, known: Iterable[str], whole: Iterable[str]
+) -> UnknownNameError:
+    """The error for a key that no experiment has; it names the whole keys that end in it.
+
+    Args:
+        where: it stands.
+        key: as it was written.
+        value: of it.
+        known: keys that would be right there.
+        whole: dotted keys of all experiments.
+    """
+    while isinstance(value, dict) and len(value) == 1:
+        inside, value = next(iter(value.items()))
+        key = f"{key}.{inside}"
+    meant = sorted(_meant(key, list(whole)), key=lambda name: (name.count("."), name))
+    if not meant:
+        return unknown_name(f"key of {where}", key, known)
+    return UnknownNameError(
+        f"unknown key '{key}' of {where}; did you mean {' or '.join(repr(name) for name in meant[:3])}? "
+        f"(skylimb keys {key.rpartition('.')[2]} finds more)"
+    )
+
+
+def _meant(key: str, whole: list[str]) -> list[str]:
+    """Keys of experiments and controllers that end in `key`; those that are spelled alike where none do."""
+    gains = [f"controller.{name}" for name in shipped_gains()]
+    found = [name for name in dict.fromkeys([*whole, *gains]) if name.endswith(f".{key}")]
+    if found:
+        return found
+    guess = nearest(key.rpartition(".")[2], {name.rpartition(".")[2] for name in whole})
+    return [name for name in whole if guess and name.rpartition(".")[2] == guess]
