@@ -18,7 +18,8 @@ from skylimb.control.planning.vectoring import vectoring_table
 from skylimb.control.records import ArmTarget, LawInput
 from skylimb.flight.export import export_c
 from skylimb.robots.description import GRAVITY
-from skylimb.robots.model import Robot, RobotState
+from skylimb.robots.model import Robot
+from skylimb.robots.posed import RobotState
 from strict_c import StrictC
 
 G = np.array([0.0, 0.0, GRAVITY])

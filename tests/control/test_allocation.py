@@ -17,7 +17,8 @@ from skylimb.control.needs import Needs
 from skylimb.control.records import Demand, LawInput
 from skylimb.control.rotor_lag import RotorLag, at_rest, lead_thrusts
 from skylimb.control.thrusts import Thrusts, allocate, rotor_wrench
-from skylimb.robots.model import Robot, RobotState
+from skylimb.robots.model import Robot
+from skylimb.robots.posed import RobotState
 from skylimb.symbolic import right_inverse
 
 DT = 0.005

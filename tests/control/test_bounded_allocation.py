@@ -26,7 +26,8 @@ from skylimb.control.windup import unless_short
 from skylimb.flight.drivers.native import compile_native, fly_native
 from skylimb.flight.flying import fly_here
 from skylimb.flight.takeoff import take_off
-from skylimb.robots.model import Robot, RobotState
+from skylimb.robots.model import Robot
+from skylimb.robots.posed import RobotState
 
 DT = 0.005
 R = rotation_from_rpy(0.05, -0.1, 0.4)

@@ -19,7 +19,8 @@ from skylimb.control.records import ContactView, LawInput
 from skylimb.control.shape import admittance, fixed
 from skylimb.control.thrusts import allocate, rotor_wrench
 from skylimb.control.translation import impedance, pid
-from skylimb.robots.model import Robot, RobotState
+from skylimb.robots.model import Robot
+from skylimb.robots.posed import RobotState
 
 G = np.array([0.0, 0.0, 9.80665])
 MASS, DT = 4.0, 0.005

@@ -21,7 +21,8 @@ from skylimb.control.records import Demand, LawInput
 from skylimb.flight.drivers.native import compile_native, fly_native
 from skylimb.flight.flying import fly_here
 from skylimb.flight.takeoff import take_off
-from skylimb.robots.model import Robot, RobotState
+from skylimb.robots.model import Robot
+from skylimb.robots.posed import RobotState
 
 DT = 0.005
 YAW = rot_z(0.4)

@@ -12,7 +12,8 @@ from skylimb.control.records import Demand, LawInput
 from skylimb.control.rotor_lag import RotorLag, Rotors
 from skylimb.control.rotor_reaction import motor_limits, reaction, reaction_torque
 from skylimb.control.thrusts import unlimited
-from skylimb.robots.model import Robot, RobotState
+from skylimb.robots.model import Robot
+from skylimb.robots.posed import RobotState
 from skylimb.simulation.rotors import rotor_numbers, rotor_tick
 
 DT, LAG = 0.005, 0.05

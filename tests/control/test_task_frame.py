@@ -25,7 +25,8 @@ from skylimb.control.translation import task_frame as translation
 from skylimb.flight.drivers.native import compile_native, fly_native
 from skylimb.flight.flying import fly_here
 from skylimb.flight.takeoff import take_off
-from skylimb.robots.model import Robot, RobotState
+from skylimb.robots.model import Robot
+from skylimb.robots.posed import RobotState
 from skylimb.studies.verification.stability import linearise, operating_point
 
 DT = 0.005

@@ -15,8 +15,8 @@ from skylimb.apps.cli import main
 from skylimb.base.errors import ConfigError, UnreachableError
 from skylimb.base.rotations import rot_z
 from skylimb.control.planning.posture import posture_family
+from skylimb.control.planning.task import judged_posture, travel
 from skylimb.control.planning.task_family import standing_in
-from skylimb.control.planning.task_posture import judged_posture, travel
 from skylimb.control.planning.tip_pose import link_distances, tip_position
 from skylimb.control.planning.vectoring_search import evaluate, posture_function
 from skylimb.robots.equilibrium import can_hold

@@ -13,7 +13,8 @@ from skylimb.base.packing import Layout, with_floats
 from skylimb.base.signals import Signal, require_free, require_recorded
 from skylimb.control.estimation.records import BodyState, Estimate, Wrench
 from skylimb.control.records import Allocated, ArmTarget, Command, ContactView, TipMove
-from skylimb.robots.model import Robot, RobotState
+from skylimb.robots.model import Robot
+from skylimb.robots.posed import RobotState
 
 PARTS = {"0": "state", "1": "output", "2": "signals"}
 """What the three things are that a step returns."""

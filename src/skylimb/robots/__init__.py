@@ -25,7 +25,8 @@ from skylimb.robots.description import (
     Visual,
 )
 from skylimb.robots.loader import SHIPPED, list_robots, load_robot, read_description
-from skylimb.robots.model import Robot, RobotState
+from skylimb.robots.model import Robot
+from skylimb.robots.posed import RobotState
 
 __all__ = [
     "GRAVITY",

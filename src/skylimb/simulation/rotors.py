@@ -22,7 +22,7 @@ import casadi as ca
 import numpy as np
 
 from skylimb.robots.description import RobotDescription
-from skylimb.robots.kinematics import angular_velocities, body_poses, joint_axis
+from skylimb.robots.kinematics import joint_axis
 from skylimb.robots.model import Robot
 from skylimb.symbolic import Array
 
@@ -138,10 +138,9 @@ def momentum_forces(
         (3 + nq + nv,): torque on the root in its axes, then on the joints, N m.
     """
     names = robot.description.moving_joints
-    poses = body_poses(robot.bodies, {name: joint_angles[index] for index, name in enumerate(names)})
+    here = robot.posed(*ca.vertsplit(joint_angles, [0, robot.n_joints, len(names)]))
+    poses, turns = here.poses, here.turns(rates[:3], rates[3:])
     at = {index: names.index(body.joint.name) for index, body in enumerate(robot.bodies) if body.joint}
-    by_joint = {name: rates[3 + index] for index, name in enumerate(names)}
-    turns = angular_velocities(robot.bodies, poses, rates[:3], by_joint)
     torques = [ca.SX(3, 1) for _ in robot.bodies]
     for index, rotor in enumerate(robot.description.rotors):
         place = robot.placements[rotor.link]

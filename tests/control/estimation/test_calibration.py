@@ -27,7 +27,7 @@ from skylimb.control.estimation.records import BodyState, Estimate, Wrench
 from skylimb.control.estimation.tare import TareState
 from skylimb.control.planning.vectoring import vectoring_table
 from skylimb.robots.description import GRAVITY
-from skylimb.robots.model import RobotState
+from skylimb.robots.posed import RobotState
 from skylimb.symbolic import stack
 
 MISALIGNED = (0.0, np.radians(1.0), 0.0)

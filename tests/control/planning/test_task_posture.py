@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from skylimb.base.rotations import rot_z
-from skylimb.control.planning.task_posture import Task, TaskPosture, judged_posture
+from skylimb.control.planning.task import Task, TaskPosture, judged_posture
 from skylimb.control.planning.vectoring import nominal_posture
 from skylimb.robots.model import Robot
 

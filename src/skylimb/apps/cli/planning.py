@@ -11,7 +11,7 @@ from skylimb.apps.cli.options import Experiment, Settings, within
 if TYPE_CHECKING:
     import numpy as np
 
-    from skylimb.control.planning.task_posture import TaskPosture
+    from skylimb.control.planning.task import TaskPosture
     from skylimb.robots.equilibrium_results import NotHeld
     from skylimb.studies.planning.task_plan import TaskPlan
 

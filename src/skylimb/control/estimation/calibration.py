@@ -32,7 +32,7 @@ from skylimb.base.rotations import rot_z, rpy_from_rotation
 from skylimb.control.estimation.momentum_observer import ObserverState
 from skylimb.control.estimation.records import BodyState, Estimate, Wrench
 from skylimb.control.estimation.tare import TareState
-from skylimb.robots.model import RobotState
+from skylimb.robots.posed import RobotState
 from skylimb.symbolic import Array, clip, cross, exp, low_pass, stack, vector, where
 
 TRIM, SOUND = 0.25, 0.12

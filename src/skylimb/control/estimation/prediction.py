@@ -27,7 +27,8 @@ from skylimb.control.estimation.momentum_observer import (
 )
 from skylimb.control.estimation.records import BodyState, Measurement
 from skylimb.control.thrusts import rotor_wrench
-from skylimb.robots.model import Robot, RobotState
+from skylimb.robots.model import Robot
+from skylimb.robots.posed import RobotState
 from skylimb.symbolic import Array, cross, dot, low_pass, right_inverse, stack, vector, where
 
 _FILTER = AngleRateFilter()

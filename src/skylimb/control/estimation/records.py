@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skylimb.control.missions.reference import Reference
-from skylimb.robots.model import Robot, RobotState
+from skylimb.robots.model import Robot
+from skylimb.robots.posed import RobotState
 from skylimb.symbolic import Array
 
 Signals = dict[str, Any]

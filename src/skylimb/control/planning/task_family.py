@@ -8,7 +8,7 @@ import numpy as np
 
 from skylimb.base.errors import UnreachableError
 from skylimb.control.planning.posture import widest_family
-from skylimb.control.planning.task_posture import Task, TaskPosture, judged_posture
+from skylimb.control.planning.task import Task, TaskPosture, judged_posture
 from skylimb.control.planning.tip_pose import tip_jacobian
 from skylimb.control.planning.vectoring_criteria import VectoringCriteria
 from skylimb.control.planning.vectoring_program import PathProgram

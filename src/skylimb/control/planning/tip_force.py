@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from skylimb.base.rotations import hat, rot_z
-from skylimb.robots.model import RobotState
+from skylimb.robots.posed import RobotState
 from skylimb.symbolic import Array, right_inverse
 
 

@@ -22,8 +22,7 @@ import casadi as ca
 import numpy as np
 
 from skylimb.base.packing import Layout
-from skylimb.robots.description import RobotDescription
-from skylimb.robots.kinematics import angular_velocities, body_poses, composite
+from skylimb.robots.kinematics import composite
 from skylimb.robots.model import Robot
 from skylimb.symbolic import cross
 
@@ -58,26 +57,22 @@ def layout(rotors: int) -> Layout[Mechanics]:
 
 def root_mass(robot: Robot) -> tuple[float, np.ndarray]:
     """Mass of the root link, kg, and its centre of mass in its own axes, m, (3,)."""
-    description: RobotDescription = robot.description
-    (link,) = [link for link in description.links if link.name == description.root]
-    return link.inertial.mass, np.asarray(link.inertial.com, dtype=float)
+    inertial = robot.description.link(robot.description.root).inertial
+    return inertial.mass, inertial.com
 
 
 @functools.lru_cache(maxsize=8)
 def _function(robot: Robot) -> ca.Function:
     """(angles, rates) -> the flat mechanics, over a block of ticks."""
-    names = robot.description.moving_joints
-    angles, rates = ca.SX.sym("angles", len(names)), ca.SX.sym("rates", len(names))
-    poses = body_poses(robot.bodies, {name: angles[i] for i, name in enumerate(names)})
-    cog, inertia = composite(robot.bodies, poses)
-    mass, momentum = robot.mass, ca.SX.zeros(3)
-    by_joint = {name: rates[i] for i, name in enumerate(names)}
-    spins = angular_velocities(robot.bodies, poses, ca.SX(3, 1), by_joint)
-    for body, pose, spin in zip(robot.bodies, poses, spins, strict=True):
+    q, psi = ca.SX.sym("q", robot.n_joints), ca.SX.sym("psi", robot.n_vectoring)
+    angles, rates = ca.vertcat(q, psi), ca.SX.sym("rates", robot.n_joints + robot.n_vectoring)
+    here, mass, momentum = robot.posed(q, psi), robot.mass, ca.SX.zeros(3)
+    cog, inertia = composite(robot.bodies, here.poses)
+    for body, pose, spin in zip(robot.bodies, here.poses, here.turns(ca.SX(3, 1), rates), strict=True):
         centre, R = pose.point(body.com), pose.turned(np.eye(3))
         speed = ca.jacobian(centre, angles) @ rates
         momentum += body.mass * cross(centre - cog, speed) + R @ body.inertia @ R.T @ spin
-    by_rotor = robot.wrench_function(*ca.vertsplit(angles, [0, robot.n_joints, len(names)]))
+    by_rotor = robot.wrench_function(q, psi)
     made = Mechanics(
         cog,
         ca.jacobian(cog, angles) @ rates,

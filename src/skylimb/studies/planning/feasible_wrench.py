@@ -30,7 +30,8 @@ from skylimb.control.missions.posture import posture_plan
 from skylimb.control.planning.posture_path import PostureConfig
 from skylimb.robots.equilibrium import greatest_push
 from skylimb.robots.equilibrium_results import TILT, USUAL, Held, NotHeld, Within
-from skylimb.robots.model import Robot, RobotState
+from skylimb.robots.model import Robot
+from skylimb.robots.posed import RobotState
 from skylimb.studies.planning.zonotope import Polytope, zonotope, zonotope_volume
 
 

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from skylimb.analysis.figures import style
 from skylimb.base.rotations import rot_z
-from skylimb.control.planning.task_posture import Task, TaskPosture
+from skylimb.control.planning.task import Task, TaskPosture
 from skylimb.robots.equilibrium_results import NotHeld
 from skylimb.robots.model import Robot
 from skylimb.studies.planning.outline import outline

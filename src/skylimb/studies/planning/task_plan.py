@@ -20,13 +20,9 @@ from skylimb.base.sources import read_source
 from skylimb.control.controller import Controller
 from skylimb.control.needs import TORQUE, needs_of
 from skylimb.control.planning.posture import standing
+from skylimb.control.planning.task import Task, TaskPosture, judged_posture
 from skylimb.control.planning.task_family import settled_in
-from skylimb.control.planning.task_posture import (
-    Task,
-    TaskPosture,
-    best_postures,
-    judged_posture,
-)
+from skylimb.control.planning.task_posture import best_postures
 from skylimb.control.planning.vectoring import PURPOSES, vectoring_table
 from skylimb.control.planning.vectoring_digest import robot_digest
 from skylimb.control.planning.vectoring_files import table_file, write_table
