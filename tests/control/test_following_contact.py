@@ -86,7 +86,7 @@ def look(make_inputs: Make) -> Callable[..., tuple[following.State, ContactView,
 def test_it_begins_in_the_air_at_the_missions_pace(make_start: Callable[..., Start]) -> None:
     state = following.initial_state(GAINS, make_start())
     assert state.machine == MachineState()
-    assert state[2:] == (0.0, 0.0, 0.0, 1.0, 0.0)
+    assert state[2:7] == (0.0, 0.0, 0.0, 1.0, 0.0)
     assert following.needs(GAINS) == Needs(paced=True)
 
 
@@ -95,7 +95,7 @@ def test_the_tip_is_where_body_and_arm_put_it(look: Any) -> None:
     np.testing.assert_allclose(signals["tip_position_estimate"], ARM + task(0.1, 0.2, 0.3), atol=1e-12)
     assert set(signals) == {
         "pace", "contact_state", "contact_reason", "normal_force_estimate", "surface_slope_estimate",
-        "tip_position_estimate",
+        "tip_position_estimate", "surface_gone",
     }  # fmt: skip
 
 
@@ -380,3 +380,25 @@ def test_the_machine_gets_the_laws_own_gains(look: Any) -> None:
     gains = following.Gains(machine=MachineGains(settle_time=0.2))
     state, _, _ = look(at_state(SETTLE), gains)
     assert state.machine.state == SLIDE
+
+
+@pytest.mark.parametrize(
+    ("deeper", "felt", "gone"),
+    [(0.008, 0.2, 1.0), (0.008, 0.44, 0.5), (0.0045, 0.2, 0.5), (0.008, 0.6, 0.0), (0.002, 0.0, 0.0)],
+)
+def test_a_surface_has_gone_where_the_tip_goes_on_and_feels_little(
+    look: Any, deeper: float, felt: float, gone: float
+) -> None:
+    before = at_state(SLIDE, place=np.array([1.1, 0.0, 0.05]), pressed=1.0)
+    state, view, signals = look(before, position=task(deeper, 0.02, 0.0), force=-felt * A)
+    assert state.sunk == pytest.approx(deeper, abs=1e-5)
+    assert view.gone == signals["surface_gone"] == pytest.approx(gone, abs=0.02)
+    # What is no touch says nothing of the surface, and a new touch begins anew.
+    assert (state.surface.estimate[0] == before.surface.estimate[0]) == (felt < 0.3)
+    assert look(state._replace(machine=at_state(LOST).machine))[0].sunk == 0.0
+
+
+def test_a_slope_that_is_known_is_no_way_into_the_surface(look: Any) -> None:
+    before = at_state(SLIDE, slope=(0.2, 0.0), place=np.array([1.1, 0.0, 0.05]), pressed=1.0)
+    state, view, _ = look(before, position=task(0.004, 0.02, 0.0), force=-0.1 * A)
+    assert (state.sunk, view.gone) == pytest.approx((0.0, 0.0), abs=1e-4)

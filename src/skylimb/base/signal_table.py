@@ -188,6 +188,9 @@ SIGNALS: dict[str, SignalInfo] = {
     "surface_slope_estimate": SignalInfo(
         _AXIS, "", "W", "estimated rise of the surface along the contact axis a metre of path", "estimate"
     ),
+    "surface_gone": SignalInfo(
+        _SCALAR, "", "", "how sure it is that the surface has gone from under the tip, 0 to 1", "estimate"
+    ),
     "tip_position_estimate": SignalInfo(_AXIS, "m", "W", "tip, as the controller knows it", "estimate"),
     "tip_force_estimate": SignalInfo(
         _AXIS, "N", "task", "estimated force on the robot at its tip: contact axis, u, v", "estimate"

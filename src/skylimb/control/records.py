@@ -61,6 +61,7 @@ class ContactView(NamedTuple):
         own_speed: of the path at the mission's own pace, m/s, where it is not slowed down.
         ramp: share of its force that the law commands now: less while a press comes or goes.
         reason: why it is pressed so (`control.press`).
+        gone: from 0 to 1, how sure it is that the surface has gone from under the tip.
     """
 
     engaged: Any = ABSENT
@@ -77,6 +78,7 @@ class ContactView(NamedTuple):
     own_speed: Any = ABSENT
     ramp: Any = ABSENT
     reason: Any = ABSENT
+    gone: Any = ABSENT
 
 
 class ArmTarget(NamedTuple):

@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 from skylimb.analysis.recording import Run
-from skylimb.analysis.scores.faults import MODE, WINDOW
+from skylimb.analysis.scores.faults import GONE, MODE, WINDOW
 from skylimb.analysis.scores.registry import measured
 
 TIME = 0.005 * np.arange(1200)
@@ -27,8 +27,7 @@ def log(events: list[dict[str, Any]], status: Any = "OK", **changes: Any) -> xr.
     force = changes.get("contact_force_normal", np.ones(len(TIME)))
     values |= {"contact_force_normal": ("time", force), "phase": ("time", np.full(len(TIME), 4))}
     values["tilt"] = "time", changes.get("tilt", np.zeros(len(TIME)))
-    if MODE in changes:
-        values[MODE] = "time", changes[MODE]
+    values |= {name: ("time", changes[name]) for name in (MODE, GONE) if name in changes}
     found = xr.Dataset(values, {"time": TIME})
     found.phase.attrs = {"flag_values": [4], "flag_meanings": "slide"}
     told = [{"words": "", "duration": 0.0, **event} for event in events]
@@ -63,6 +62,13 @@ def test_what_is_counted_begins_with_the_fault_and_ends_after_it() -> None:
     assert {key: found[key] for key in wanted} == pytest.approx(wanted)
     assert found["lasted"] == pytest.approx(TIME[-1] - ONSET)
     assert (found["seen"], found["alarms"]) == (None, None)
+
+
+def test_a_surface_that_goes_is_timed_and_the_tip_s_rush_after_it_measured() -> None:
+    advance = np.clip(TIME - ONSET, 0.0, 0.5)[:, None] * np.array([0.12, 0.3, 0.0])
+    found = numbers(log([PUSH], tip_position=advance, **{GONE: step(ONSET + 0.2, [0.6])[:, 0]}))
+    assert (found["rush"], found["gone"]) == pytest.approx((0.12, 0.2))
+    assert numbers(log([PUSH]))["gone"] is None
 
 
 def test_the_reference_s_own_motion_is_no_fault() -> None:

@@ -36,8 +36,8 @@ OUTLIVED = 5.0
 GENTLE, UPRIGHT = 0.6, 0.2
 """Speed (m/s) and tilt (rad) below which a supervised flight that comes to the floor has landed."""
 
-MODE = "supervisor_mode"
-"""Signal of a supervised flight: 0 while nothing is wrong."""
+MODE, GONE = "supervisor_mode", "surface_gone"
+"""Signals: of a supervised flight, 0 while nothing is wrong; of a law, 1 where its surface has gone."""
 
 
 def _worse(meaning: str, unit: str) -> Score:
@@ -56,6 +56,8 @@ def _worse(meaning: str, unit: str) -> Score:
         "tip": _worse("Greatest way of the tip from its course after a fault", "m"),
         "force": _worse("Greatest normal force after a fault", "N"),
         "speed": _worse("Greatest speed of the centre of gravity after a fault", "m/s"),
+        "rush": _worse("Greatest speed of the tip along the contact axis after a fault", "m/s"),
+        "gone": _worse("Time from a fault until the law knows its surface gone; never: no number", "s"),
         "seen": _worse("Time from a fault until the supervisor acts; never: no number", "s"),
         "alarms": _worse("Times that the supervisor acted before a fault, or without one", ""),
     },
@@ -94,6 +96,8 @@ def fault(run: Run) -> dict[str, float]:
         "tip": float(np.linalg.norm(astray, axis=1).max()),
         "force": float(recorded(log, "contact_force_normal")[after].max()),
         "speed": float(np.linalg.norm(recorded(log, "cog_velocity")[after], axis=1).max()),
+        "rush": float(np.gradient(axis.along(recorded(log, "tip_position")[after]), time[after]).max()),
+        "gone": _first(log, GONE, onset),
         "seen": seen,
         "alarms": alarms,
     }
@@ -123,6 +127,14 @@ def _landed(log: xr.Dataset) -> bool:
     last = log.isel(time=-1)
     acting = MODE in log and float(last[MODE]) > 0.0
     return acting and float(np.linalg.norm(last.cog_velocity)) < GENTLE and float(last.tilt) < UPRIGHT
+
+
+def _first(log: xr.Dataset, signal: str, onset: float) -> float:
+    """Time from an onset until a signal is more likely than not, s."""
+    if signal not in log:
+        return np.nan
+    sure = log.time.values[(log[signal].values > 0.5) & (log.time.values >= onset - 1e-9)]
+    return float(sure[0] - onset) if len(sure) else np.nan
 
 
 def _noticed(log: xr.Dataset, onset: float) -> tuple[float, float]:

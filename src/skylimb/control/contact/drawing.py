@@ -159,6 +159,9 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     goes = view.engaged * where(view.speed > GOES, inputs.dt / LANDING_TIME, 0.0)
     landing = state.landing * (1.0 - goes)
     view = view._replace(landing=landing * view.engaged, own_speed=own)
+    # What is felt while the press goes says nothing of the surface.
+    view = view._replace(gone=view.gone * where(ending > 0.0, 0.0, 1.0))
+    signals = {**signals, "surface_gone": view.gone}
     loads = view.engaged * where(loaded < 1.0, 1.0, 0.0) * where(view.reason == EASED, 0.0, 1.0)
     reason = where(loads > 0.5, LOADING, view.reason)
     reason = where(where(ending > 0.0, 1.0, leaving) > 0.5, UNLOADING, reason)
@@ -171,7 +174,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     share = view.ease * engaged * wanted_force(reference.force, 1.0)
     friction = follow_friction(gains.friction, state.friction, seen, share, path, inputs.dt)
     across = expected_across(state.friction, share, direction(gains.friction, path))
-    view = view._replace(across=u * across[0] + v * across[1])
+    view = view._replace(across=(u * across[0] + v * across[1]) * (1.0 - view.gone))
     signals = {**signals, "pace": pace, "friction_estimate": friction.friction}
     return State(inner, friction, engaged, leaving, left, loaded, ending, landing), view, signals
 

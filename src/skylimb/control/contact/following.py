@@ -9,12 +9,18 @@ come toward the pen faster than body and arm can follow,
 and 0 while the mission waits for touch. A pen that stays behind its reference also presses less: with high
 friction on a slope that comes toward the robot, the force that drags it along makes the contact force, and
 the friction with it, grow until the pen is wedged.
+
+A tip cannot go on into a surface that is there. Where it does, and feels little of what it felt before, the
+surface has gone from under it: nothing is learnt of it there, and the laws that press are told (`gone`).
+It is no alarm, and nothing has to be taken back: a pen that falls off a step lands more gently.
 """
 
 from __future__ import annotations
 
 from dataclasses import field
 from typing import Annotated, Any, NamedTuple
+
+import numpy as np
 
 from skylimb.base.keys import Key, configuration, refused
 from skylimb.control.contact_machine import (
@@ -42,7 +48,7 @@ from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import Needs
 from skylimb.control.press import EASED, PLAIN, SEARCHING, WAITING
 from skylimb.control.records import ContactView, LawInput
-from skylimb.symbolic import Array, clip, cross, dot, vector, where
+from skylimb.symbolic import Array, clip, cross, dot, low_pass, vector, where
 
 PROVIDES = (
     "contact.engaged",
@@ -54,9 +60,20 @@ PROVIDES = (
     "contact.speed",
     "contact.ease",
     "contact.reason",
+    "contact.gone",
 )
 REQUIRES = ("estimate.body", "estimate.arm", "estimate.wrench", "estimate.contact_force")
 OPTIONAL = {"estimate.bias": "", "estimate.scale": ""}
+
+
+SUNK = 0.003, 0.006
+"""Ways of the tip into where the surface should be from which it may have gone, and has, m."""
+
+FELT = 0.33, 0.55
+"""Shares of the force that was felt before below which it has gone, and may have."""
+
+FORGETS = 1.0
+"""Rate at which that way and that force are forgotten, 1/s: errors of the slope add up."""
 
 
 @configuration
@@ -133,6 +150,9 @@ class State(NamedTuple):
         anchor: of the centre of gravity along it, m.
         pace: of the mission.
         speed: of the path at that pace, m/s.
+        place: of the tip in the task's frame, m, (3,).
+        sunk: how far it has gone on into where the surface should be, lately, m.
+        pressed: normal force that was felt lately, N.
     """
 
     machine: MachineState
@@ -142,6 +162,9 @@ class State(NamedTuple):
     anchor: Any
     pace: Any
     speed: Any
+    place: Array = np.zeros(3)
+    sunk: Any = 0.0
+    pressed: Any = 0.0
 
 
 def needs(gains: Gains) -> Needs:
@@ -182,10 +205,18 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     path = _in_task(reference.tip_velocity, axes)[1:3]
     speed = (path[0] ** 2 + path[1] ** 2) ** 0.5
     touching = engaged * where(-estimate.contact_force > gains.machine.lost_force, 1.0, fresh)
+    pressed = low_pass(state.pressed, normal_force, FORGETS, dt) * engaged
+    little = clip((FELT[1] * pressed - normal_force) / ((FELT[1] - FELT[0]) * pressed + 1e-6), 0.0, 1.0)
+    touching = touching * (1.0 - little)
     across = _seen_across(estimate.wrench, path, speed, axes)
     surface = follow_surface(gains.surface, state.surface, place, touching, fresh, across, dt)
     slope = surface.estimate[1:3]
     surface_velocity = engaged * (slope[0] * path[0] + slope[1] * path[1])
+
+    way = place - state.place
+    sunk = low_pass(state.sunk, 0.0, FORGETS, dt) + way[0] - slope[0] * way[1] - slope[1] * way[2]
+    sunk = sunk * engaged * engaged_before
+    gone = little * clip((sunk - SUNK[0]) / (SUNK[1] - SUNK[0]), 0.0, 1.0)
 
     # 3. Along the contact axis.
     axis_position, axis_velocity = _led(gains, state, machine, nominal, inputs)
@@ -207,7 +238,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     reason = where(is_in(machine.state, APPROACH, LOST, RECONTACT) > 0.5, SEARCHING, reason)
     view = ContactView(
         engaged, axis_position, axis_velocity, anchor, surface_velocity, normal_force, speed, ease
-    )._replace(reason=reason)
+    )._replace(reason=reason, gone=gone)
     signals = {
         "pace": pace,
         "contact_state": machine.state,
@@ -215,8 +246,10 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
         "normal_force_estimate": normal_force,
         "surface_slope_estimate": slope[0] * u + slope[1] * axes[2],
         "tip_position_estimate": tip,
+        "surface_gone": gone,
     }
-    return State(machine, surface, axis_position, lost_at, anchor, pace, speed_next), view, signals
+    new = State(machine, surface, axis_position, lost_at, anchor, pace, speed_next, place, sunk, pressed)
+    return new, view, signals
 
 
 Axes = tuple[Array, Array, Array]

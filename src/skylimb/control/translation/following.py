@@ -18,6 +18,7 @@ along, and heavier or lighter than it is by the mass ratio mu = M_d / m:
 
 The integral is what could pump energy into a bouncing contact, so it lives on a tank: what the damper along
 the axis dissipates fills it, the work of I empties it, and an empty tank lets the integral fade.
+Where the surface has gone from under the tip N_ref is 0, and the damper is firmer.
 Out of contact the tip is led along the axis by position.
 """
 
@@ -55,11 +56,15 @@ OPTIONAL = {
     "contact.landing": "landing_cancel",
     "contact.ramp": "",
     "contact.reason": "",
+    "contact.gone": "",
     "residual": "",
 }
 
 TANK_LOW, SHORT = 0.25, 0.05
 """Share of the tank below which the integral fades; force that the rotors fell short by, N: both count."""
+
+BRAKE = 2.0
+"""How much harder the damper along the axis is where the surface has gone: more would tilt the robot."""
 
 
 @configuration
@@ -209,6 +214,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
     landing = 0.0 if contact.landing is None else contact.landing
 
     target = cog_target(gains, inputs)
+    most = gains.cancel_limit * clip(wanted_force(reference.force, gains.force), 1.0, 100.0)
     share = clip(contact.speed / gains.cancel_speed, 0.0, 1.0)
     swing = cross(body.R_WC @ body.angular_velocity, estimate.arm)
     swing = low_pass(state.swing, swing, 2.0 * math.pi * gains.swing_cutoff, dt)
@@ -224,6 +230,9 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
         slow.append(low_pass(state.rubbing[i - 1], rubbing, 2.0 * math.pi * gains.cancel_cutoff[i - 1], dt))
         cancel = share * gains.cancel[i - 1] + landing * (1.0 - share) * gains.landing_cancel[i - 1]
         known = cancel * slow[-1] + gains.feed * dot(axis, expected)
+        # What no contact gives is the robot's own: a rotor that has lost thrust is not to be waited for.
+        own = unexpected - clip(unexpected, -most, most)
+        known = known + contact.engaged * _upright(axis, body.model.gravity) * own
         total = total + axis * (m * wanted - known)
 
     speed = dot(a, body.velocity)
@@ -252,8 +261,13 @@ def cog_target(gains: Any, inputs: LawInput) -> Array:
 def _error_limit(gains: Any, axis: Array, i: int, gravity: Array) -> Any:
     """The error beyond which a spring pulls no harder, m: one that carries gives half the weight."""
     g = dot(gravity, gravity) ** 0.5
-    upright = (dot(axis, gravity) / g) ** 2
-    return gains.error_limit + upright * clip(0.5 * g / gains.stiffness[i] - gains.error_limit, 0.0, 10.0)
+    most = clip(0.5 * g / gains.stiffness[i] - gains.error_limit, 0.0, 10.0)
+    return gains.error_limit + _upright(axis, gravity) * most
+
+
+def _upright(axis: Array, gravity: Array) -> Any:
+    """1 for an axis that carries, 0 for a level one."""
+    return dot(axis, gravity) ** 2 / dot(gravity, gravity)
 
 
 def _press(gains: Any, state: State, inputs: LawInput, speed: Any) -> tuple[Any, Any, Any, Signals]:
@@ -262,9 +276,10 @@ def _press(gains: Any, state: State, inputs: LawInput, speed: Any) -> tuple[Any,
     engaged = contact.engaged
     # The body follows what the surface does less what the arm makes up.
     relative = speed - (contact.surface_velocity - inputs.arm.rate)
-    damper = m * gains.press_damping * relative
+    gone = 0.0 if contact.gone is None else contact.gone
+    damper = m * gains.press_damping * (1.0 + BRAKE * gone) * relative
     commanded = wanted_force(inputs.reference.force, gains.force)
-    wanted = commanded * contact.ease
+    wanted = commanded * contact.ease * (1.0 - gone)
     missing = wanted - contact.normal_force
     alive = clip(4.0 * state.tank / gains.tank, 0.0, 1.0)
     axis_residual = dot(inputs.reference.contact_axis, (inputs.residual or NOTHING).force)

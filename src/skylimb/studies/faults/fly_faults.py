@@ -96,17 +96,17 @@ def _rows(fault: Fault, supervised: bool, flown: CampaignOutcome, place: Path) -
     """What a fault did to the flights of each controller."""
     for name in flown.campaign.names:
         own = [row for row in flown.rows.values() if row["controller"] == name and row["status"] != REFUSED]
-        held, kept_by_all = fault.held(supervised), fault.held(False)
+        held = fault.held(supervised)
+        # Being noticed late is no harm, but where nothing else can be done.
+        judged = fault.held(False) or held
         found = {key: [row[f"fault_{key}"] for row in own] for key in held}
         values = {key: [inf if one is None else one for one in numbers] for key, numbers in found.items()}
-        kept = [
-            all(values[key][k] <= most for key, (_, most) in kept_by_all.items()) for k in range(len(own))
-        ]
+        kept = [all(values[key][k] <= most for key, (_, most) in judged.items()) for k in range(len(own))]
         lived = [
             row["status"] == OK or (row["fault_lasted"] or 0.0) >= OUTLIVED or row["fault_landed"] == 1.0
             for row in own
         ]
-        outlived = fault.survived or not kept_by_all
+        outlived = fault.survived or not judged
         kept_logs = logged(flown.folder, own)
         bad = worst(flown.campaign, [row for row in own if row["flight"] in kept_logs], 1)
         yield Row(
