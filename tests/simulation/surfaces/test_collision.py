@@ -13,6 +13,7 @@ import pytest
 
 from skylimb.base.errors import CompileError
 from skylimb.simulation import compiling
+from skylimb.simulation.compiling import FLAGS
 from skylimb.simulation.surface_bodies import SLOT, collision_table, install
 from skylimb.simulation.surfaces import CurvedSurface, HeightMap, SineWall, Step, collision
 from skylimb.simulation.surfaces.shape import NativeShape
@@ -73,6 +74,7 @@ def test_ziglang_builds_it_too(surface: Any, tmp_path: Path, monkeypatch: pytest
     if not zig:
         pytest.skip("the ziglang package is not installed")
     monkeypatch.setattr(compiling, "compilers", lambda: zig)
+    monkeypatch.setattr(compiling, "FLAGS", FLAGS)  # as a user has them; without, it adds a sanitizer
     monkeypatch.setattr(compiling, "cache_folder", lambda: tmp_path)
     _, text = collision.whole_source(of(surface).source)
     library = compiling.load_library(compiling.built_library("collision", "collision", text))
