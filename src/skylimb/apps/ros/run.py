@@ -169,7 +169,7 @@ def run(
     rim.say_left_out(profile, (*topics.subscribed, *topics.published), messages, say)
     if profile == "controller":
         say(WARNING)
-        for words in _doubts(lab, plan.robot):
+        for words in () if rim.dialect.known(plan.robot.n_rotors) else _doubts(lab, plan.robot):
             say(words)
     bridge = Bridge(rim.package, profile, messages, namespace, lab.servos is not None, anywhere)
     bridge.carry(rim.opening(plan))

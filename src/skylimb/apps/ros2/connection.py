@@ -36,6 +36,13 @@ _CONFIG = """<CycloneDDS><Domain><Compatibility>
 """Fast DDS (1.15) describes arrays in a way that Cyclone cannot read; types are then compared by name."""
 
 
+def config(anywhere: bool) -> str:
+    """Cyclone's configuration: this machine alone, or what the user's environment says."""
+    if not anywhere:
+        return _CONFIG.format(_LOOPBACK)
+    return ",".join(filter(None, (os.environ.get("CYCLONEDDS_URI"), _CONFIG.format(""))))
+
+
 class Dds:
     """The `Connection` of DDS.
 
@@ -54,9 +61,7 @@ class Dds:
         from cyclonedds.domain import Domain, DomainParticipant
 
         number = int(os.environ.get("ROS_DOMAIN_ID") or 0)
-        user = os.environ.get("CYCLONEDDS_URI", "") if anywhere else ""
-        ours = _CONFIG.format("" if anywhere else _LOOPBACK)
-        self._domain = Domain(number, ",".join(filter(None, (user, ours))))
+        self._domain = Domain(number, config(anywhere))
         self._participant = DomainParticipant(number)
         types, topics = Ros2Types(), ROS2_DIALECT.topics(profile, servos)
         self._types = DdsTypes(types.types)
@@ -144,6 +149,7 @@ def _qos(topic: Topic, depth: int) -> Any:
         Policy.Durability.TransientLocal if topic.latched else Policy.Durability.Volatile,
         Policy.History.KeepLast(1 if topic.latched else depth),
         Policy.DataRepresentation(use_cdrv0_representation=True),
+        Policy.IgnoreLocal.Participant,  # a user's joints_ctrl and ours are one topic
     )
 
 
