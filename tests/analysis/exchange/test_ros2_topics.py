@@ -146,3 +146,13 @@ def test_a_root_that_is_not_the_measured_link_is_found() -> None:
     assert link == ROBOT.description.root
     np.testing.assert_allclose(place, 0.0, atol=1e-9)
     np.testing.assert_allclose(R, np.eye(3), atol=1e-9)
+
+
+def test_markers_show_the_target_and_the_force() -> None:
+    tick = replace(view(), signals={"external_force_estimate": np.array([0.0, 0.0, 2.0])})
+    assert tick.body is not None
+    ball, arrow = made("markers", tick).markers
+    assert (ball.type, arrow.type) == (ball.SPHERE, arrow.ARROW)
+    tail, head = ([point.x, point.y, point.z] for point in arrow.points)
+    np.testing.assert_allclose(tail, tick.body.cog)
+    np.testing.assert_allclose(np.subtract(head, tail), [0.0, 0.0, 0.1], atol=1e-12)

@@ -102,8 +102,38 @@ def wanted(tick: TickView) -> Fields | None:
     return None if tick.target is None else {**header(tick), "point": made.vector(tick.target[0])}
 
 
+def marker(space: str, number: int, kind: int, size: tuple[float, ...], colour: tuple[float, ...]) -> Fields:
+    """Fields of a marker in W: an arrow 0, a cube 1, a sphere 2, a cylinder 3, triangles 11.
+
+    Args:
+        space: of its number.
+        number: by which it is drawn anew.
+        kind: what it is.
+        size: m, (3,); of an arrow the widths of shaft and head, and the head's length.
+        colour: red, green, blue, and how much of it is seen, 0 .. 1.
+    """
+    look = dict(zip(("color.r", "color.g", "color.b", "color.a"), colour, strict=True))
+    turn = {"pose.orientation": (1.0, 0.0, 0.0, 0.0), "scale": size}
+    return {"header.frame_id": WORLD, "ns": space, "id": number, "type": kind, **turn, **look}
+
+
+def markers(tick: TickView) -> Fields | None:
+    """Where the centre of gravity is wanted, and the force that is felt, 50 mm a newton."""
+    found = []
+    if tick.target is not None:
+        ball = marker("target", 0, 2, (0.03,) * 3, (0.0, 0.62, 0.45, 0.6))
+        found.append({**ball, "pose.position": made.vector(tick.target[0])})
+    if tick.body is not None and "external_force_estimate" in tick.signals:
+        ends = tick.body.cog, tick.body.cog + 0.05 * np.asarray(tick.signals["external_force_estimate"])
+        arrow = marker("force", 0, 0, (0.01, 0.02, 0.02), (0.84, 0.37, 0.0, 1.0))
+        found.append({**arrow, "points": [made.vector(one) for one in ends]})
+    return {"markers": found} if found else None
+
+
 TF_STATIC = Topic("/tf_static", topics.TF.type, make=mounts, latched=True)
 DESCRIPTION = Topic("robot_description", topics.MISSION.type, latched=True)
+SCENE = Topic("scene", "visualization_msgs/msg/MarkerArray", latched=True)
+MARKERS = Topic("markers", SCENE.type, 20.0, markers)
 
 _OTHERWISE = (
     replace(topics.IMU, type="sensor_msgs/msg/Imu", make=imu),
@@ -120,7 +150,7 @@ _OTHERWISE = (
 )
 _BY_NAME = {topic.name: topic for topic in _OTHERWISE}
 
-VIEWS = (TF_STATIC, DESCRIPTION, replace(topics.REFERENCE, make=wanted, called="cog/target"))
+VIEWS = (TF_STATIC, DESCRIPTION, SCENE, MARKERS, replace(topics.REFERENCE, make=wanted, called="cog/target"))
 """What anybody may look at besides what ROS 1 has."""
 
 

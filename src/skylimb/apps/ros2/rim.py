@@ -5,10 +5,11 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 
-from skylimb.analysis.exchange.ros2_topics import DESCRIPTION
+from skylimb.analysis.exchange.ros2_topics import DESCRIPTION, SCENE
 from skylimb.apps.ros.bridge import Rim
 from skylimb.apps.ros.messages import Outgoing
 from skylimb.apps.ros2.dialect import ROS2_DIALECT
+from skylimb.apps.ros2.scene import scene
 from skylimb.apps.ros2.services import PARAMETERS, Parameter
 from skylimb.base.errors import ConfigError, extra_module
 from skylimb.base.keys.listing import described
@@ -25,9 +26,10 @@ def _require(anywhere: bool) -> None:
 
 
 def _opening(plan: FlightPlan) -> list[Outgoing]:
-    """The robot's URDF, and what it is flown with."""
+    """The robot's URDF, what stands around it, and what it is flown with."""
     urdfs = [one for one in plan.robot.description.sources if one.path.suffix == ".urdf"]
     said = [Outgoing(DESCRIPTION, one.content.decode("utf-8")) for one in urdfs]
+    said.append(Outgoing(SCENE, scene(plan)))
     return [*said, Outgoing(PARAMETERS, list(_parameters(plan)))]
 
 
