@@ -18,7 +18,7 @@ import pytest
 
 import skylimb
 from skylimb.analysis.exchange.containers import container_of
-from skylimb.analysis.exchange.convert import convert, read_log, write_log
+from skylimb.analysis.exchange.convert import convert, read_log, salvage, write_log
 from skylimb.analysis.exchange.frames import lab_link
 from skylimb.analysis.exchange.from_run import messages_of
 from skylimb.analysis.exchange.lab_topics import ROW
@@ -82,6 +82,29 @@ def test_a_run_comes_back_to_the_bit(flown: skylimb.Run, tmp_path: Path, ending:
     replayed = skylimb.replay(tmp_path / f"a{ending}")
     assert all(one.same for one in differences(flown, replayed))
     assert replayed.notes == ()
+
+
+def test_a_file_of_ros_2_is_read_by_its_own_bag_reader(flown: skylimb.Run, tmp_path: Path) -> None:
+    from rosbags.highlevel import AnyReader
+    from rosbags.typesys import Stores, get_typestore
+
+    path = tmp_path / "flight.mcap"
+    write_log(flown, path, ros2=True)
+    assert same(flown, read_log(path).run)
+    with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
+        kinds = {one.topic: one.msgtype for one in reader.connections}
+        states = [one for one in reader.connections if one.topic == "/hydrus_xi/joint_states"]
+        _, _, data = next(iter(reader.messages(states)))
+        message: Any = reader.deserialize(data, "sensor_msgs/msg/JointState")
+        assert message.name[-1] == "gimbal_joint4"
+    wanted = {"/tf": "tf2_msgs/msg/TFMessage", "/tf_static": "tf2_msgs/msg/TFMessage"}
+    wanted["/hydrus_xi/rotor_thrusts"] = "skylimb_msgs/msg/RotorThrusts"
+    wanted["/hydrus_xi/robot_description"] = "std_msgs/msg/String"
+    assert wanted.items() <= kinds.items()
+    with pytest.raises(ConfigError, match=r"messages of ROS 2 are written as \.mcap"):
+        write_log(flown, tmp_path / "flight.bag", ros2=True)
+    with pytest.raises(ConfigError, match="a bag holds messages of ROS 1 alone"):
+        salvage(path, tmp_path / "other.bag")
 
 
 def test_rows_are_written_as_they_come(flown: skylimb.Run, tmp_path: Path) -> None:

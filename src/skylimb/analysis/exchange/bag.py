@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from skylimb.analysis.exchange.bag_records import raw_messages
 from skylimb.analysis.exchange.message_types import message_types
 from skylimb.analysis.exchange.stream import Raw, whole
+from skylimb.base.errors import ConfigError
 from skylimb.base.files import new_file, readable
 
 if TYPE_CHECKING:
@@ -42,7 +43,9 @@ class Bag:
                     types = message_types({kind: definition})
                     return writer.add_connection(topic, kind, typestore=types)
 
-                for topic, kind, definition, time, content in messages:
+                for topic, kind, definition, time, content, cdr in messages:
+                    if cdr:
+                        raise ConfigError(f"'{path}': a bag holds messages of ROS 1 alone; write an .mcap")
                     writer.write(connection(topic, kind, definition), time, content)
 
     @contextmanager

@@ -12,11 +12,12 @@ from skylimb.analysis.exchange.frames import lab_link
 from skylimb.analysis.exchange.from_run import messages_of, topics_of
 from skylimb.analysis.exchange.lab_topics import IN_LOGS, NAMESPACE
 from skylimb.analysis.exchange.message_types import message_types
+from skylimb.analysis.exchange.ros2_types import Ros2Types
 from skylimb.analysis.exchange.run_topics import row_names
 from skylimb.analysis.exchange.stream import Raw, decoded, encoder
 from skylimb.analysis.exchange.to_run import Read, run_from
 from skylimb.analysis.recording.run import Run
-from skylimb.base.errors import choice_error
+from skylimb.base.errors import ConfigError, choice_error
 from skylimb.base.files import require_new
 from skylimb.robots.loader import load_robot
 
@@ -48,7 +49,12 @@ def read_log(path: str | Path, robot: str = "", link: str = "") -> Read:
 
 
 def write_log(
-    run: Run, path: str | Path, robot: str = "", link: str = "", namespace: str = NAMESPACE
+    run: Run,
+    path: str | Path,
+    robot: str = "",
+    link: str = "",
+    namespace: str = NAMESPACE,
+    ros2: bool = False,
 ) -> tuple[str, ...]:
     """Write a run as the file that its ending names.
 
@@ -58,6 +64,7 @@ def write_log(
         robot: that flew, by default the one that the run names.
         link: whose pose is on the lab's topics; the flight controller's by default.
         namespace: of the lab's topics.
+        ros2: whether an MCAP file holds messages of ROS 2.
 
     Returns:
         What the format cannot hold, one line each.
@@ -67,20 +74,28 @@ def write_log(
         ConfigError: for another ending.
     """
     path = require_new(path)
+    if ros2 and path.suffix != ".mcap":
+        raise ConfigError(f"messages of ROS 2 are written as .mcap, not as '{path.name}'")
     if path.suffix not in ENDINGS:
         raise choice_error("ending of a log", path.suffix or str(path), ENDINGS)
     if path.suffix == ".nc":
         run.save(path)
         return ()
-    container, types = container_of(path), message_types()
+    container, types = container_of(path), Ros2Types().types if ros2 else message_types()
     model = load_robot(robot or str(run.log.attrs.get("robot", ROBOT)))
     shown = lab_link(model, link)
-    container.write(path, map(encoder(), messages_of(run, model, types, shown, namespace)))
+    messages = messages_of(run, model, types, shown, namespace, ros2=ros2)
+    container.write(path, map(encoder(ros2), messages))
     return _not_held(run, shown)
 
 
 def convert(
-    source: str | Path, target: str | Path, robot: str = "", link: str = "", namespace: str = NAMESPACE
+    source: str | Path,
+    target: str | Path,
+    robot: str = "",
+    link: str = "",
+    namespace: str = NAMESPACE,
+    ros2: bool = False,
 ) -> tuple[str, ...]:
     """Write a log in another format; arguments are those of `read_log` and `write_log`.
 
@@ -91,7 +106,7 @@ def convert(
         raise choice_error("ending of a log", Path(target).suffix or str(target), ENDINGS)
     require_new(target)
     read = read_log(source, robot, link)
-    return (*read.notes, *write_log(read.run, target, robot, link, namespace))
+    return (*read.notes, *write_log(read.run, target, robot, link, namespace, ros2))
 
 
 def salvage(source: str | Path, target: str | Path) -> int:

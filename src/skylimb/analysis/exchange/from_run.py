@@ -11,7 +11,18 @@ from skylimb.analysis.exchange.body import Bodies
 from skylimb.analysis.exchange.codec import message_of
 from skylimb.analysis.exchange.frames import felt_by
 from skylimb.analysis.exchange.lab_messages import Names, TickView
-from skylimb.analysis.exchange.lab_topics import COG, EACH_TICK, IN_LOGS, MOCAP, NAMESPACE, ROW, Topic, is_due
+from skylimb.analysis.exchange.lab_topics import (
+    COG,
+    EACH_TICK,
+    IN_LOGS,
+    MOCAP,
+    NAMESPACE,
+    ROW,
+    TF,
+    Topic,
+    is_due,
+)
+from skylimb.analysis.exchange.ros2_topics import TF_STATIC, OwnNames, described, mounts, spoken
 from skylimb.analysis.exchange.run_topics import record_messages, row_table
 from skylimb.analysis.exchange.stream import Message
 from skylimb.analysis.recording.run import Run
@@ -23,6 +34,8 @@ if TYPE_CHECKING:
 
 START = 10**9
 """Time of the first row, ns, of a run that has no date; ROS takes 0 for no time."""
+
+_EACH_TICK = frozenset(topic.name for topic in EACH_TICK)
 
 SAME_POSE = 1e-9
 """Metres, or parts of a quaternion, by which a pose that is held may be off by rounding."""
@@ -41,7 +54,13 @@ def topics_of(log: xr.Dataset) -> list[Topic]:
 
 
 def messages_of(
-    run: Run, robot: Robot, types: Any, link: str, namespace: str = NAMESPACE, start: int = START
+    run: Run,
+    robot: Robot,
+    types: Any,
+    link: str,
+    namespace: str = NAMESPACE,
+    start: int = START,
+    ros2: bool = False,
 ) -> Iterator[Message]:
     """Everything that a run holds, in the order of time.
 
@@ -52,6 +71,7 @@ def messages_of(
         link: whose pose is on the lab's topics.
         namespace: of the lab's topics, and of its frames.
         start: time of the first row, ns.
+        ros2: whether topics, types and names are those of ROS 2.
     """
 
     def message(topic: Topic, time: int, value: Any, k: int = 0) -> Message:
@@ -60,19 +80,23 @@ def messages_of(
     for topic, value in record_messages(run):
         yield message(topic, start, value)
     topics, table, shown = topics_of(run.log), row_table(run.log), np.full(7, np.nan)
-    view_of = _views(run.log, robot, link, Names(robot, namespace))
+    view_of = _views(run.log, robot, link, (OwnNames if ros2 else Names)(robot, namespace))
+    if ros2:  # whoever opens it sees the robot fly, with nothing beside it
+        topics = [one for topic in (*topics, TF) if (one := spoken(topic)) is not None]
+        for topic, value in (*described(robot), (TF_STATIC, mounts(view_of(0, start * 1e-9)))):
+            yield message(topic, start, value)
     seconds = run.log.time.values - run.log.time.values[0]
     period = float(np.median(np.diff(seconds))) if len(seconds) > 1 else 1.0
     for k, time in enumerate((start + np.round(seconds * 1e9).astype(np.int64)).tolist()):
         yield message(ROW, time, {"data": table[k]})
         tick = view_of(k, time * 1e-9)
         for topic in topics:
-            if topic is MOCAP:
+            if topic.name == MOCAP.name:
                 pose = np.concatenate([tick.signals[name] for name in _MEASURED[:2]])
                 fresh = not np.all(abs(pose - shown) < SAME_POSE)
                 shown = pose
             else:
-                fresh = topic in EACH_TICK or is_due(topic, k, period)
+                fresh = topic.name in _EACH_TICK or is_due(topic, k, period)
             if fresh and topic.make is not None:
                 yield message(topic, time, topic.make(tick), k)
 

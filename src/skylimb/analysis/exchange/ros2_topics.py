@@ -154,6 +154,13 @@ VIEWS = (TF_STATIC, DESCRIPTION, SCENE, MARKERS, replace(topics.REFERENCE, make=
 """What anybody may look at besides what ROS 1 has."""
 
 
+def described(robot: Robot) -> Iterator[tuple[Topic, str]]:
+    """The robot's URDF."""
+    for source in robot.description.sources:
+        if source.path.suffix == ".urdf":
+            yield DESCRIPTION, source.content.decode("utf-8")
+
+
 def spoken(topic: Topic) -> Topic | None:
     """A topic of the table as it is on ROS 2; None for what it is not."""
     topic = _BY_NAME.get(topic.name, topic)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from skylimb.analysis.exchange.message_types import message_types
+from skylimb.analysis.exchange.ros2_types import Ros2Types
 
 
 class Message(NamedTuple):
@@ -36,6 +37,7 @@ class Raw(NamedTuple):
         definition: of the type, as the file brings it.
         time: when it was recorded, ns.
         content: serialized.
+        cdr: whether as ROS 2 does.
     """
 
     topic: str
@@ -43,16 +45,18 @@ class Raw(NamedTuple):
     definition: str
     time: int
     content: bytes
+    cdr: bool = False
 
 
-def encoder() -> Callable[[Message], Raw]:
-    """What makes a message as a file holds it, by ROS 1's definitions and the lab's."""
-    types = message_types()
-    definition = cache(lambda kind: types.generate_msgdef(kind, ros_version=1)[0])
+def encoder(ros2: bool = False) -> Callable[[Message], Raw]:
+    """What makes a message as a file holds it, by ROS 1's definitions and the lab's, or by those of ROS 2."""
+    types = Ros2Types().types if ros2 else message_types()
+    definition = cache(lambda kind: types.generate_msgdef(kind, ros_version=2 if ros2 else 1)[0])
+    serialize = types.serialize_cdr if ros2 else types.serialize_ros1
 
     def encode(message: Message) -> Raw:
-        content = bytes(types.serialize_ros1(message.value, message.type))
-        return Raw(message.topic, message.type, definition(message.type), message.time, content)
+        content = bytes(serialize(message.value, message.type))
+        return Raw(message.topic, message.type, definition(message.type), message.time, content, ros2)
 
     return encode
 
@@ -78,7 +82,9 @@ def whole(messages: Iterable[Raw], path: Path, cut: type[Exception]) -> Iterator
 def decoded(messages: Iterable[Raw]) -> Iterator[Message]:
     """Messages by the definitions of their file."""
     stores: dict[tuple[str, str], Any] = {}
-    for topic, kind, definition, time, content in messages:
+    for topic, kind, definition, time, content, cdr in messages:
         if (kind, definition) not in stores:
-            stores[kind, definition] = message_types({kind: definition})
-        yield Message(topic, kind, time, stores[kind, definition].deserialize_ros1(content, kind))
+            stores[kind, definition] = Ros2Types().types if cdr else message_types({kind: definition})
+        types = stores[kind, definition]
+        value = types.deserialize_cdr(content, kind) if cdr else types.deserialize_ros1(content, kind)
+        yield Message(topic, kind, time, value)

@@ -38,6 +38,7 @@ def convert(
         str, arg("The link whose pose mocap/pose shows; by default the flight controller.", "LINK")
     ] = "",
     namespace: Annotated[str, arg("Of the lab's topics.", "NAME")] = "hydrus_xi",
+    ros2: Annotated[bool, arg("Whether OUT.mcap holds messages of ROS 2, as `ros2 bag` reads them.")] = False,
     layouts: Annotated[bool, arg("Whether to write layouts for Foxglove and PlotJuggler beside it.")] = False,
 ) -> None:
     """Write a log as NetCDF, as a ROS 1 bag, or as MCAP for Foxglove, PlotJuggler and Rerun.
@@ -48,6 +49,7 @@ def convert(
 
     Examples:
         skylimb convert out/hybrid flight.mcap --layouts
+        skylimb convert out/hybrid flight.mcap --ros2
         skylimb convert flight.bag flight.nc
         skylimb convert real.bag real.nc --robot my_robot --link link1
     """
@@ -57,7 +59,7 @@ def convert(
     if layouts:
         require_layouts(target)
     with output.working("converting"):
-        notes = conversion.convert(log, target, robot, link, namespace)
+        notes = conversion.convert(log, target, robot, link, namespace, ros2)
     for note in notes:
         print(f"note: {note}")
     print(f"  {target}")

@@ -5,14 +5,14 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 
-from skylimb.analysis.exchange.ros2_topics import DESCRIPTION, SCENE
+from skylimb.analysis.exchange.ros2_topics import SCENE, described
 from skylimb.apps.ros.bridge import Rim
 from skylimb.apps.ros.messages import Outgoing
 from skylimb.apps.ros2.dialect import ROS2_DIALECT
 from skylimb.apps.ros2.scene import scene
 from skylimb.apps.ros2.services import PARAMETERS, Parameter
 from skylimb.base.errors import ConfigError, extra_module
-from skylimb.base.keys.listing import described
+from skylimb.base.keys.listing import described as keys_of
 from skylimb.flight.plan import FlightPlan
 
 
@@ -27,14 +27,12 @@ def _require(anywhere: bool) -> None:
 
 def _opening(plan: FlightPlan) -> list[Outgoing]:
     """The robot's URDF, what stands around it, and what it is flown with."""
-    urdfs = [one for one in plan.robot.description.sources if one.path.suffix == ".urdf"]
-    said = [Outgoing(DESCRIPTION, one.content.decode("utf-8")) for one in urdfs]
-    said.append(Outgoing(SCENE, scene(plan)))
-    return [*said, Outgoing(PARAMETERS, list(_parameters(plan)))]
+    said = [Outgoing(*one) for one in described(plan.robot)]
+    return [*said, Outgoing(SCENE, scene(plan)), Outgoing(PARAMETERS, list(_parameters(plan)))]
 
 
 def _parameters(plan: FlightPlan) -> Iterator[Parameter]:
-    for name, value, info in described(plan.experiment):
+    for name, value, info in keys_of(plan.experiment):
         if isinstance(value, bool | int | float | str):
             more = ", ".join(filter(None, (info.unit, info.range)))
             words = f"{info.meaning} ({more})" if more else info.meaning
