@@ -23,11 +23,13 @@ from skylimb.flight.takeoff import take_off
 SETTLED = {**HOLD, "trajectory.duration": 2.0}
 
 
-@pytest.mark.parametrize("controller", ["following", "hybrid"])
-def test_without_a_fault_not_a_bit_changes(controller: str) -> None:
+@pytest.mark.parametrize(("controller", "losses"), [("following", True), ("drawing", True), ("hybrid", False)])
+def test_without_a_fault_not_a_bit_changes(controller: str, losses: bool) -> None:
     plain = skylimb.run("paper", controller, set=HOLD)
-    watched = skylimb.run("paper", controller, set={**HOLD, "supervisor.on": True})
-    assert watched.status == "OK"
+    watched = skylimb.run(
+        "paper", controller, set={**HOLD, "supervisor.on": True, "supervisor.losses": losses}
+    )
+    assert watched.status == plain.status
     for name in plain.log.data_vars:
         np.testing.assert_array_equal(watched.log[name], plain.log[name], err_msg=str(name))
     assert not watched.log.supervisor_bits.any()

@@ -26,7 +26,7 @@ fault that unprotected flights of every controller survive within its bounds is 
 _MIXED = """ **Rows here have different numbers of draws: they were flown
 one after another, while the code went on, and not all with what it is today.**"""
 
-_NONE = (None, None)
+_ONE = " All rows were flown by\none state of the code."
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def faults_page(catalogue: Catalogue, rows: Sequence[Row]) -> str:
     flown = {row.fault for row in rows}
     faults = [fault for fault in catalogue.faults if fault.name in flown]
     draws = max((row.flights for row in rows), default=0)
-    mixed = _MIXED if any(row.flights != draws for row in rows) else ""
+    mixed = _MIXED if any(row.flights != draws for row in rows) else _ONE
     lines = [_HEAD.format(draws=draws, mixed=mixed), "## All of them", ""]
     columns = list(dict.fromkeys(row.flown_by for row in rows))
     lines += _table("fault: flights within the bounds", [*columns, ""], _summary(faults, rows))
