@@ -23,7 +23,9 @@ from skylimb.flight.takeoff import take_off
 SETTLED = {**HOLD, "trajectory.duration": 2.0}
 
 
-@pytest.mark.parametrize(("controller", "losses"), [("following", True), ("drawing", True), ("hybrid", False)])
+@pytest.mark.parametrize(
+    ("controller", "losses"), [("following", True), ("drawing", True), ("hybrid", False)]
+)
 def test_without_a_fault_not_a_bit_changes(controller: str, losses: bool) -> None:
     plain = skylimb.run("paper", controller, set=HOLD)
     watched = skylimb.run(
