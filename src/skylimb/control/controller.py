@@ -21,6 +21,7 @@ from skylimb.control.preset import IMU, IMU_KEY, ROBOTS, of_case, preset_from_ma
 from skylimb.control.records import Command
 from skylimb.control.slots import find_law, keys_of_law
 from skylimb.control.user_controller import CompiledUserController, Origin, UserController, user_controller
+from skylimb.robots.controlled_axes import kind_of
 from skylimb.robots.model import Robot
 
 
@@ -138,7 +139,8 @@ def cascade_from_tables(
     """
     mapping = copy.deepcopy(dict(tables))
     overrides = overrides or {}
-    case = of_case(mapping, robot.name, bool(overrides.get(IMU_KEY)), f"controller {path.stem}")
+    names, imu = (robot.name, kind_of(robot)), bool(overrides.get(IMU_KEY))
+    case = of_case(mapping, names, imu, f"controller {path.stem}")
     for table in (ROBOTS, IMU):
         mapping.pop(table, None)
     for changes in (case, overrides):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -103,12 +103,12 @@ def preset_from_mapping(mapping: Mapping[str, Any], path: Path) -> Preset:
     return Preset(name, _text(mapping, "description", "", where), slots)
 
 
-def of_case(mapping: Mapping[str, Any], robot: str, imu: bool, where: str) -> dict[str, Any]:
+def of_case(mapping: Mapping[str, Any], names: Sequence[str], imu: bool, where: str) -> dict[str, Any]:
     """What a preset says of one robot, and of an IMU: dotted keys and their values.
 
     Args:
-        mapping: the preset's tables: one below `robots` for each robot that needs others, and `imu`.
-        robot: its name.
+        mapping: the preset's tables: one below `robots` for each robot or kind that needs others, and `imu`.
+        names: of the robot, then of its kind; the first that has a table counts.
         imu: whether an IMU says the motion.
         where: the preset, for error messages.
 
@@ -121,7 +121,8 @@ def of_case(mapping: Mapping[str, Any], robot: str, imu: bool, where: str) -> di
         if not isinstance(table, dict):
             right = IMU if key == IMU else f"{ROBOTS}.NAME"
             raise ConfigError(f"{where}: {key} = {shown(table)} should be a table, [{right}]")
-    return flatten(robots.get(robot, {})) | flatten(with_imu if imu else {})
+    own = next((robots[name] for name in names if name in robots), {})
+    return flatten(own) | flatten(with_imu if imu else {})
 
 
 def _slot(mapping: Mapping[str, Any], slot: str, path: Path, where: str) -> Slot:

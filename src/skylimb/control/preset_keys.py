@@ -21,7 +21,7 @@ _OUTSIDE_TABLES = {
 
 
 _CASES = {
-    ROBOTS: KeyInfo(Key("", "what is different for a robot, a table for each by its name"), dict, {}),
+    ROBOTS: KeyInfo(Key("", "what differs for a robot, by its name or kind (tilting, pushing)"), dict, {}),
     IMU: KeyInfo(Key("", "what is different with estimation.smoothing.imu = true"), dict, {}),
 }
 

@@ -9,6 +9,8 @@ from skylimb.robots.model import Robot
 
 AXES = ("lift", "roll torque", "pitch torque", "yaw torque")
 _RANK = 1e-6
+_PUSHES = 1e-3
+"""Least over greatest singular value from which on six directions of a wrench count as given."""
 _SHARE = 0.5
 """An axis counts as not given where this share of it lies in what the inputs leave out."""
 
@@ -25,6 +27,14 @@ def inputs_at(
     moving = ca.jacobian(wrench @ ca.DM(thrusts), psi)
     inputs = ca.Function("inputs", [psi], [wrench, moving])(vectoring_angles)
     return inputs[0].full(), inputs[1].full()
+
+
+def kind_of(robot: Robot) -> str:
+    """What a robot without vectoring does for a side force: "tilting" or "pushing"; else "vectoring"."""
+    if robot.n_vectoring:
+        return "vectoring"
+    wrench = robot.wrench_function(robot.nominal_posture(), np.zeros(0)).full()
+    return "pushing" if np.linalg.matrix_rank(wrench, rtol=_PUSHES) == 6 else "tilting"
 
 
 def not_given(matrix: np.ndarray) -> str:

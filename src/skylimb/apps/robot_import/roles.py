@@ -17,6 +17,9 @@ from skylimb.base.errors import unknown_name
 _ROTOR = re.compile(r"(rotor|prop|propeller|motor|thrust)[a-z_-]*?_?(\d+)", re.IGNORECASE)
 _VECTORING = re.compile(r"gimbal_?(joint)?_?\d+(_(roll|pitch|yaw))?$", re.IGNORECASE)
 _SHAPE = re.compile(r"joint_?\d+(_(roll|pitch|yaw))?$", re.IGNORECASE)
+_ARM = re.compile(r"shoulder|elbow|wrist|fore_?arm|upper_?arm|(^|_)arm|manipulator", re.IGNORECASE)
+_NO_ARM = re.compile(r"cam|lidar|sensor|grip|finger|claw|jaw|leg|gear|foot|dock", re.IGNORECASE)
+"""Names of joints of an arm, and of those that move something else."""
 _TURNS = ("revolute", "continuous")
 
 
@@ -59,11 +62,12 @@ def recognise(tree: UrdfTree, mapping: Mapping) -> Roles:
     spinning = [joint for name, joint in moving.items() if _spins(tree, joint, mapping.role_of(name), driven)]
     rotors, joints = _rotors(tree, said, spinning)
     doubts: list[Doubt] = []
+    arm = _arm(tree, [rotor.link for rotor in rotors])
     found: dict[Role, list[Element]] = {"shape": [], "vectoring": [], "rotor": [], "locked": []}
     for name, joint in moving.items():
         if any(joint is other for other in spinning):
             continue
-        role = mapping.role_of(name) or _role(tree, joint, [rotor.link for rotor in rotors], doubts)
+        role = mapping.role_of(name) or _role(tree, joint, [rotor.link for rotor in rotors], arm, doubts)
         if role in ("shape", "vectoring") and joint.get("type") not in _TURNS:
             doubts.append(
                 Doubt(
@@ -136,7 +140,27 @@ def _spinning_rotor(tree: UrdfTree, joint: Element) -> MappedRotor:
     return MappedRotor(link, spin=1, rpy=rpy_of_z(axis))
 
 
-def _role(tree: UrdfTree, joint: Element, rotors: list[str], doubts: list[Doubt]) -> Role:
+def _arm(tree: UrdfTree, rotors: list[str]) -> list[str]:
+    """Names of the joints of the longest chain that carries no rotor, one that is called an arm first.
+
+    A single joint without such a name is no arm.
+    """
+
+    def may(joint: Element) -> bool:
+        inside = tree.subtree(tree.end(joint, "child") or "")
+        turns = joint.get("type") in _TURNS and joint.find("mimic") is None
+        return turns and not _NO_ARM.search(joint.get("name", "")) and not inside.intersection(rotors)
+
+    joints = [joint for joint in tree.moving() if may(joint)]
+    chains = [
+        [above.get("name", "") for above in tree.path_up(tree.end(joint, "child") or "") if above in joints]
+        for joint in joints
+    ]
+    best = max(chains, key=lambda chain: (any(map(_ARM.search, chain)), len(chain)), default=[])
+    return best if len(best) > 1 or any(map(_ARM.search, best)) else []
+
+
+def _role(tree: UrdfTree, joint: Element, rotors: list[str], arm: list[str], doubts: list[Doubt]) -> Role:
     name = joint.get("name", "")
     if joint.find("mimic") is not None:
         remedy = "nothing, if the robot may fly with it held"
@@ -144,17 +168,25 @@ def _role(tree: UrdfTree, joint: Element, rotors: list[str], doubts: list[Doubt]
         return "locked"
     if _VECTORING.match(name):
         return "vectoring"
-    if _SHAPE.match(name):
+    if _SHAPE.match(name) or (name in arm and any(map(_ARM.search, arm))):
         return "shape"
     inside = tree.subtree(tree.end(joint, "child") or "")
     carried = [link for link in rotors if link in inside]
     others = _moving_below(tree, tree.end(joint, "child") or "")
     leads_on = any(_SHAPE.match(below.get("name", "")) for below in others)
-    guess: Role = "locked" if not carried else "vectoring" if len(carried) == 1 and not leads_on else "shape"
+    guess: Role = (
+        "shape"
+        if name in arm
+        else "locked"
+        if not carried
+        else "vectoring"
+        if len(carried) == 1 and not leads_on
+        else "shape"
+    )
     why = {
         "locked": "it carries no rotor",
         "vectoring": f"it carries one rotor, '{carried[0]}'" if carried else "",
-        "shape": f"it carries {len(carried)} rotors",
+        "shape": f"it carries {len(carried)} rotors" if carried else "it belongs to the longest arm",
     }[guess]
     doubts.append(
         Doubt(

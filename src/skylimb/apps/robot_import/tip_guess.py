@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
+from dataclasses import replace
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -17,6 +19,8 @@ _STICK = 0.15
 """How far an assumed tip stands out beyond the rotors of a robot without bending joints, m."""
 _BEYOND = 0.05
 """How far an end has to be beyond the rotors' middles of such a robot to be taken for its tip, m."""
+_TOOL = re.compile(r"(tool|tcp|tip|ee|eef|end_?effector|pen|probe)(_?(link|frame|tip))?_?0?$", re.IGNORECASE)
+"""Names of the frames at the end of an arm."""
 _LARGEST = 0.05
 """Greatest radius of a drawn sphere that is taken for the ball of a tip, m."""
 
@@ -28,8 +32,9 @@ def guess_tip(tree: UrdfTree, roles: Roles, doubts: list[Doubt]) -> TipSection:
     """The end of the last link of the longest chain; of a robot that does not bend, that of its stick or arm.
 
     Ends are origins of links that are fixed to that link, and ends of cylinders, faces of boxes and spheres
-    that draw them. Where none is far enough out, a chain ends as far behind its last joint as that is behind
-    the one before it, and a robot that does not bend gets a stick in front of its rotors.
+    that draw them; an arm may end in a frame that is called tool or tip. Where none is far enough out, a
+    chain ends as far behind its last joint as that is behind the one before it, and a robot that does not
+    bend gets a stick in front of its rotors.
     """
     names = {joint.get("name") for joint in roles.shape}
     links = [tree.end(joint, "child") or "" for joint in roles.shape]
@@ -46,10 +51,20 @@ def guess_tip(tree: UrdfTree, roles: Roles, doubts: list[Doubt]) -> TipSection:
         beyond = max((float(np.linalg.norm(place)) for place in places), default=0.3) + _BEYOND
         assumed = TipSection(last, (round(reach + _STICK, 4), 0.0, 0.0), _RADIUS, (0.0, 0.0, 0.0))
     rotors = {rotor.link for rotor in roles.rotors}
+    # An arm's tool may point anywhere, and an elbow may turn past it: the heading is the body's.
+    carried = set[str]().union(*(tree.subtree(link) for link in links))
+    heading = "root" if links and not carried & rotors else "link"
+    named = [link for link in tree.subtree(last, fixed=True) if _TOOL.search(link) and not tree.below(link)]
+    if links and len(named) == 1:
+        doubts.append(
+            Doubt("the tip", f"is taken to be link '{named[0]}', by its name", "say [tip] otherwise")
+        )
+        return TipSection(named[0], (0.0, 0.0, 0.0), _RADIUS, heading=heading)
     farthest = max(_ends(tree, last, rotors), key=_distance)
     drawn = _distance(farthest) > beyond
     x, y, z = (float(round(part, 4)) for part in farthest[0]) if drawn else assumed.position
     tip = TipSection(last, (x, y, z), farthest[1] or _RADIUS) if drawn else assumed
+    tip = replace(tip, heading=heading)
     why = "taken, the farthest end that is drawn or joined there" if drawn else "assumed"
     value = f"is not said; ({x:g}, {y:g}, {z:g}) m of link '{last}' is {why}"
     doubts.append(Doubt("the tip", value, "say [tip] in a mapping file"))

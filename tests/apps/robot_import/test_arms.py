@@ -1,0 +1,111 @@
+"""Multirotors with arms, from a stranger's URDF to a line on a board without a word of mapping."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+import skylimb
+from armed_robots import SIX, TWO, multirotor_with_arm
+from skylimb.apps.robot_import.checking import check_robot_file
+from skylimb.control.controller import resolved_tables
+from skylimb.robots.controlled_axes import kind_of
+from skylimb.robots.description import RobotDescription
+
+DOWN = "0 1.5708 0"
+"""A tool frame whose z axis points forward, as URDFs of arms have it."""
+
+
+def joints_of(description: RobotDescription) -> list[str]:
+    return list(description.shape_joints)
+
+
+@pytest.mark.parametrize("joints", [TWO, SIX])
+def test_the_joints_of_an_arm_are_used_by_their_names(tmp_path: Path, joints) -> None:
+    report = check_robot_file(multirotor_with_arm(tmp_path / "made.urdf", joints=joints))
+    assert joints_of(report.description) == [name for name, _, _ in joints]
+    assert report.description.tip.link == "tool0"
+    assert report.can_touch, report.reasons
+    assert not any(doubt.what.startswith("joint '") for doubt in report.doubts)
+
+
+def test_an_arm_without_names_is_known_by_its_chain_and_said_as_a_doubt(tmp_path: Path) -> None:
+    plain = tuple((f"m{k}", axis, length) for k, (_, axis, length) in enumerate(TWO))
+    report = check_robot_file(multirotor_with_arm(tmp_path / "made.urdf", joints=plain))
+    assert joints_of(report.description) == ["m0", "m1"]
+    assert any("it belongs to the longest arm" in doubt.value for doubt in report.doubts)
+
+
+@pytest.mark.parametrize("name", ["camera_tilt", "gripper", "landing_gear"])
+def test_what_moves_something_else_is_no_arm(tmp_path: Path, name: str) -> None:
+    joints = ((name, "0 1 0", 0.1), (f"{name}_2", "0 1 0", 0.1))
+    report = check_robot_file(multirotor_with_arm(tmp_path / "made.urdf", joints=joints))
+    assert joints_of(report.description) == []
+
+
+@pytest.mark.parametrize("joints", [TWO, SIX])
+def test_the_tip_stands_before_every_disc_as_the_engine_places_them(tmp_path: Path, joints) -> None:
+    path = multirotor_with_arm(tmp_path / "made.urdf", joints=joints)
+    description = check_robot_file(path).description
+    text = path.read_text().replace('type="continuous"', 'type="fixed"')
+    tree = mujoco.MjSpec.from_string(text)
+    tree.compiler.fusestatic = False
+    tree.compiler.discardvisual = False
+    model = tree.compile()
+    data = mujoco.MjData(model)
+    posture = description.posture
+    for name, angle in zip(description.shape_joints, posture.offset, strict=True):
+        data.joint(name).qpos[0] = angle
+        assert abs(angle) < 1.57 - 0.1
+    mujoco.mj_kinematics(model, data)
+    x, y, _ = data.body("tool0").xpos
+    for k in range(4):
+        assert x > data.body(f"propeller_{k}").xpos[0] + 0.12 + 0.05
+    assert abs(y) < 0.02
+
+
+def test_where_a_tools_axes_point_changes_nothing(tmp_path: Path) -> None:
+    forward = check_robot_file(multirotor_with_arm(tmp_path / "a.urdf"))
+    turned = check_robot_file(multirotor_with_arm(tmp_path / "b.urdf", tool=DOWN))
+    assert turned.can_touch
+    assert turned.description.tip.heading == "root"
+    np.testing.assert_allclose(turned.description.posture.offset, forward.description.posture.offset)
+    assert turned.actuation is not None
+    assert forward.actuation is not None
+    assert turned.actuation.touch.room == pytest.approx(forward.actuation.touch.room, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("given", "force"),
+    [
+        ({"joints": TWO, "tool": DOWN}, 0.7),  # its yaw holds no more
+        ({"joints": SIX, "rotors": 6, "place": 0.32, "mass": 2.2}, 1.0),
+        ({"joints": (), "rotors": 6, "cant": 0.3, "place": 0.32, "stick": 0.4}, 1.0),
+    ],
+    ids=["quadrotor with two joints", "hexarotor with six joints", "tilted hexarotor with a stick"],
+)
+def test_it_draws_a_circle_within_8_mm(tmp_path: Path, given: dict, force: float) -> None:
+    path = multirotor_with_arm(tmp_path / "made.urdf", **given)
+    skylimb.import_robot(path, tmp_path / "robot")
+    keys = {"robot": str(tmp_path / "robot"), "controller.translation.force": force}
+    run = skylimb.run("board_tilted_hexarotor", "following", set=keys)
+    assert run.metrics["done"], run.metrics["missed"]
+    assert run.metrics["pen_line_rms"] < 0.008
+    assert run.metrics["contact_fraction"] > 0.99
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [("hydrus_quad", "tilting"), ("tilted_hexarotor", "pushing"), ("hydrus_xi_quad", "vectoring")],
+)
+def test_the_kind_of_a_robot(name: str, kind: str) -> None:
+    assert kind_of(skylimb.load_robot(name)) == kind
+
+
+def test_a_preset_knows_robots_of_a_kind_that_it_does_not_name() -> None:
+    robot = skylimb.load_robot("tilted_hexarotor")
+    other = type(robot)(replace(robot.description, name="a stranger"))
+    own, its = (skylimb.load_controller("following", one) for one in (robot, other))
+    assert resolved_tables(own)["attitude"] == resolved_tables(its)["attitude"]
