@@ -3,9 +3,11 @@
     python benchmarks/studio.py --seconds 60        (--seconds 3600 for an hour; --write for docs/studio.md)
 
 The studio runs as a user's would, in a process of its own, with its page open in a headless Chromium that
-draws in software. First nobody touches anything; then a second page without a picture changes a gain every
-second. Then many flights are flown at 20 times the real speed, to see whether memory grows from one to the
-next. It exits with 1 when a figure falls short of what is wanted.
+draws in software. First nobody touches anything; then a client without a picture changes a gain every second.
+Both are done again with the page closed, which tells what drawing takes from the flight; and beside all of it
+another process only sleeps for 5 ms at a time: as late as it wakes, everything here is. Then many flights are
+flown at 20 times the real speed, to see whether memory grows from one to the next. It exits with 1 when a
+figure falls short of what is wanted.
 """
 
 from __future__ import annotations
@@ -45,16 +47,21 @@ SETTLING = 5.0
 
 @dataclass
 class Found:
-    """What was measured; rates in 1/s, times in s, memory in MB by time in s."""
+    """What was measured; rates in 1/s, times in s, memory in MB.
+
+    `late` and `asleep` are of a thousand, of the flight's ticks and of times that the other process slept:
+    with the page and nobody's hand, with the page and changes, and both without the page.
+    """
 
     first_picture: float = 0.0
     numbers: int = 0
-    late: float = 0.0
-    late_with_changes: float = 0.0
+    late: list[float] = field(default_factory=list)
+    asleep: list[float] = field(default_factory=list)
     flown: int = 0
     updates: float = 0.0
     pictures: float = 0.0
     answers: list[float] = field(default_factory=list)
+    answers_alone: list[float] = field(default_factory=list)
     memory: list[float] = field(default_factory=list)
 
     @property
@@ -79,14 +86,51 @@ def studio(experiment: str, out: str) -> Iterator[tuple[subprocess.Popen[str], s
         process.wait(timeout=20)
 
 
-def event(page: ClientConnection, name: str) -> dict[str, Any]:
-    """The next event of a name."""
-    while True:
-        message = page.recv(timeout=20)
-        if isinstance(message, str):
+class Client:
+    """A page without a picture."""
+
+    def __init__(self, connection: ClientConnection) -> None:
+        self._connection = connection
+        self._over = False
+
+    def say(self, what: str, **content: Any) -> None:
+        """Have something done."""
+        self._connection.send(json.dumps({"do": what, **content}))
+
+    def event(self, name: str) -> dict[str, Any]:
+        """The next event of a name; frames are confirmed."""
+        while True:
+            message = self._connection.recv(timeout=20)
+            if not isinstance(message, str):
+                self.say("got", frame=int.from_bytes(message[4:8], "little"))
+                continue
             content = json.loads(message)
+            if content["event"] == "state":
+                self._over = content["over"]
             if content["event"] == name:
                 return content
+
+    def pace(self) -> dict[str, Any]:
+        """The newest count of ticks; a flight that is over takes off again."""
+        last = self.event("pace")
+        if self._over:
+            self.say("restart")
+            self.event("restarted")
+        return last
+
+
+SLEEPER = """
+import sys, time
+due, ticks, late = time.perf_counter(), 0, 0
+while ticks < float(sys.argv[1]) / 0.005:
+    due, ticks = due + 0.005, ticks + 1
+    time.sleep(max(0.0, due - time.perf_counter()))
+    behind = time.perf_counter() - due
+    late += behind > 0.015
+    due += behind if behind > 0.1 else 0.0
+print(1000 * late / ticks)
+"""
+"""As late as a tick that is late by 5 ms: that may be flown 10 ms early."""
 
 
 def measure(experiment: str, seconds: float) -> Found:
@@ -109,63 +153,69 @@ def measure(experiment: str, seconds: float) -> Found:
             address, _, token = url.partition("?")
             second_page = address.replace("http", "ws") + f"socket?page=benchmark&{token}"
             origin: Any = address.rstrip("/")
-            with connect(second_page, origin=origin, max_size=2**24) as second:
-                _watch(found, page, second, process.pid, seconds)
+            with connect(second_page, origin=origin, max_size=2**24) as connection:
+                second = Client(connection)
+                found.numbers = second.event("hello")["scene"]["layout"]["size"]
+                second.say("take over")
+                _count_frames(page)
+                _watch(found, second, seconds / 4)
+                found.updates = page.evaluate("window.counted") / (seconds / 4)
+                found.pictures = float(page.evaluate("document.body.dataset.framesPerSecond") or 0)
+                found.answers = _watch(found, second, seconds / 4, True)
+                page.close()
+                _watch(found, second, seconds / 4)
+                found.answers_alone = _watch(found, second, seconds / 4, True)
+                found.memory = list(_flights(second, process.pid))
         chromium.close()
     return found
 
 
-def _watch(found: Found, page: sync_api.Page, second: ClientConnection, process: int, seconds: float) -> None:
-    found.numbers = event(second, "hello")["scene"]["layout"]["size"]
-    second.send('{"do": "take over"}')
+def _count_frames(page: sync_api.Page) -> None:
     page.evaluate(
         "() => { window.counted = 0;"
         " skylimbStudio.line.addEventListener('frame', () => { window.counted++; }); }"
     )
-    pictures = []
-    begun, first = time.perf_counter(), event(second, "pace")
-    last = first
-    while time.perf_counter() - begun < seconds / 2:
-        last = _pace(page, second)
-        pictures.append(float(page.evaluate("document.body.dataset.framesPerSecond") or 0))
-    found.late, found.flown = _late(first, last), last["flown"] - first["flown"]
-    found.updates = page.evaluate("window.counted") / (time.perf_counter() - begun)
-    found.pictures = statistics.median(pictures)
-    begun, first = time.perf_counter(), event(second, "pace")
-    value = BEFORE
-    while time.perf_counter() - begun < seconds / 2:
-        value = AFTER if value is BEFORE else BEFORE
-        sent = time.perf_counter()
-        second.send(json.dumps({"do": "set", "key": GAIN, "value": value}))
-        while event(second, "state")["gains"][0].get(GAIN.removeprefix("controller.")) != value:
-            pass
-        found.answers.append(time.perf_counter() - sent)
-        time.sleep(1.0)
-        last = _pace(page, second)
-    found.late_with_changes = _late(first, last)
-    found.flown += last["flown"] - first["flown"]
-    second.send('{"do": "speed", "times": 20}')
+
+
+def _watch(found: Found, second: Client, seconds: float, changing: bool = False) -> list[float]:
+    """Count late ticks for some seconds, in which a gain may change each second; when each acted, s."""
+    command = [sys.executable, "-c", SLEEPER, str(seconds)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as sleeper:
+        begun, first = time.perf_counter(), second.event("pace")
+        last, value, answers = first, AFTER, list[float]()
+        while time.perf_counter() - begun < seconds:
+            if changing:
+                value = AFTER if value is BEFORE else BEFORE
+                answers.append(_change(second, value))
+                time.sleep(1.0)
+            last = second.pace()
+        assert sleeper.stdout is not None
+        found.asleep.append(float(sleeper.stdout.read()))
+    flown = last["flown"] - first["flown"]
+    found.late.append(1000.0 * (last["late"] - first["late"]) / max(1, flown))
+    found.flown += flown
+    return answers
+
+
+def _change(second: Client, value: list[float]) -> float:
+    """Change a gain; the time until that is flown, s."""
+    sent = time.perf_counter()
+    second.say("set", key=GAIN, value=value)
+    while second.event("state")["gains"][0].get(GAIN.removeprefix("controller.")) != value:
+        pass
+    return time.perf_counter() - sent
+
+
+def _flights(second: Client, process: int) -> Iterator[float]:
+    """Memory after each of many flights, MB."""
+    second.say("speed", times=20)
     for _ in range(FLIGHTS):
-        second.send('{"do": "restart"}')
-        event(second, "restarted")
+        second.say("restart")
+        second.event("restarted")
         for _ in range(4):
-            second.send(json.dumps({"do": "set", "key": GAIN, "value": AFTER}))
-            event(second, "pace")
-        found.memory.append(_memory(process))
-
-
-def _pace(page: sync_api.Page, second: ClientConnection) -> dict[str, Any]:
-    """The newest count of ticks; a flight that is over takes off again."""
-    last = event(second, "pace")
-    if page.evaluate("skylimbStudio.state.over"):
-        second.send('{"do": "restart"}')
-        event(second, "restarted")
-    return last
-
-
-def _late(first: dict[str, Any], last: dict[str, Any]) -> float:
-    """Late ticks of a thousand."""
-    return 1000.0 * (last["late"] - first["late"]) / max(1, last["flown"] - first["flown"])
+            second.say("set", key=GAIN, value=AFTER)
+            second.event("pace")
+        yield _memory(process)
 
 
 def _memory(process: int) -> float:
@@ -181,16 +231,25 @@ Row = tuple[str, str, str, bool]
 
 def rows_of(found: Found) -> list[Row]:
     """What was measured beside what is wanted."""
-    slowest, late = 1e3 * max(found.answers), found.late
+    quiet, changing, quiet_alone, changing_alone = found.late
     first, more = found.first_picture, found.growth
-    usual = 1e3 * statistics.median(found.answers)
+    usual, alone = (1e3 * statistics.median(times) for times in (found.answers, found.answers_alone))
+    slowest = 1e3 * max(found.answers)
+    asleep = [f"{late:.2f}" for late in found.asleep]
     return [
-        ("Ticks late by more than 5 ms, of 1000", f"{late:.2f}", "at most 1", late <= 1),
-        ("... while a gain changes every second", f"{found.late_with_changes:.2f}", "", True),
+        ("Ticks late by more than 5 ms, of 1000", f"{quiet:.2f}", "at most 1", quiet <= 1),
+        ("... of a process that only sleeps", asleep[0], "", True),
+        ("... while a gain changes every second", f"{changing:.2f}", "", True),
+        ("... of a process that only sleeps, then", asleep[1], "", True),
+        ("Late without a page that draws, of 1000", f"{quiet_alone:.2f}", "at most 1", quiet_alone <= 1),
+        ("... of a process that only sleeps", asleep[2], "", True),
+        ("... while a gain changes every second", f"{changing_alone:.2f}", "", True),
+        ("... of a process that only sleeps, then", asleep[3], "", True),
         ("Updates that reach the page, 1/s", f"{found.updates:.1f}", "at least 20", found.updates >= 20),
         ("Numbers in an update", f"{found.numbers}", "at least 60", found.numbers >= 60),
         ("Pictures that it draws, in software, 1/s", f"{found.pictures:.1f}", "", True),
         ("A gain acts after, ms, median", f"{usual:.1f}", "", True),
+        ("... without a page that draws", f"{alone:.1f}", "", True),
         (f"... the slowest of {len(found.answers)}", f"{slowest:.1f}", "at most 100", slowest <= 100),
         ("From the command to a moving picture, s", f"{first:.2f}", "at most 3", first <= 3),
         ("Memory in the end, MB", f"{found.memory[-1]:.0f}", "", True),

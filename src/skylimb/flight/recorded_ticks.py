@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from skylimb.analysis.exchange.recorder import FlightRecorder
-from skylimb.analysis.exchange.run_topics import RowMessages
+from skylimb.analysis.exchange.run_topics import RowMessages, record_messages
+from skylimb.analysis.recording.run import Run
 from skylimb.base.packing import Layout
 from skylimb.flight.flight_run import documented, flight_run
 from skylimb.flight.plan import FlightPlan
@@ -28,7 +29,7 @@ class RecordedTicks:
     def __init__(self, recorder: FlightRecorder | None, plan: FlightPlan, layout: Layout[Any]) -> None:
         self._recorder, self._layout, self._period = recorder, layout, plan.period
         if recorder is not None:
-            self._messages = self._of(plan)
+            self._messages = RowMessages(self._run(plan), layout)
             recorder.take(self._messages.begin)
 
     def flown(self, k: int, row: np.ndarray) -> None:
@@ -36,11 +37,15 @@ class RecordedTicks:
         if self._recorder is not None:
             self._recorder.take([self._messages.row(k * self._period, row)])
 
-    def changed(self, plan: FlightPlan) -> None:
-        """Keep what is flown now, in the place of what was planned before."""
-        if self._recorder is not None:
-            self._recorder.take(self._of(plan).begin, anew=False)
+    def changed(self, plan: FlightPlan, at_once: bool) -> None:
+        """Keep what is flown now, in the place of what was planned; no tick waits but for `at_once`."""
+        if self._recorder is None:
+            return
+        if at_once:
+            self._recorder.take(record_messages(self._run(plan)), anew=False)
+        else:
+            self._recorder.take_later(lambda: list(record_messages(self._run(plan))))
 
-    def _of(self, plan: FlightPlan) -> RowMessages:
+    def _run(self, plan: FlightPlan) -> Run:
         empty = {name: np.zeros((0, *shape)) for name, shape in self._layout.shapes.items()}
-        return RowMessages(documented(flight_run(plan, empty, np.zeros(0), CUT_OFF), plan), self._layout)
+        return documented(flight_run(plan, empty, np.zeros(0), CUT_OFF), plan)

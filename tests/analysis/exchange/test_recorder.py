@@ -2,6 +2,7 @@
 
 import dataclasses
 import shutil
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -55,6 +56,26 @@ def test_each_flight_has_a_file(flown: skylimb.Run, tmp_path: Path) -> None:
     recorder.close()
     sizes = {path.name: read_log(path).run.log.sizes["time"] for path in tmp_path.iterdir()}
     assert sizes == {"01-flight.mcap": 5, "02-flight.mcap": 7}
+
+
+def test_no_row_waits_for_a_record_that_is_made_meanwhile(flown: skylimb.Run, tmp_path: Path) -> None:
+    recorder, made = FlightRecorder(tmp_path), threading.Event()
+    changed = dataclasses.replace(flown, log=flown.log.assign_attrs(config="changed"))
+
+    def make() -> list[tuple[Topic, Any]]:
+        assert made.wait(60.0)
+        return list(record_messages(changed))
+
+    for messages in published(flown, 5):
+        recorder.take(messages)
+    recorder.take_later(make)
+    for messages in list(published(flown, 8))[5:]:
+        recorder.take(messages)
+    made.set()
+    recorder.close()
+    (path,) = tmp_path.iterdir()
+    run = read_log(path).run
+    assert (run.config, run.log.sizes["time"]) == ("changed", 8)
 
 
 class Usage(NamedTuple):

@@ -10,7 +10,8 @@ from __future__ import annotations
 import shutil
 import warnings
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -31,6 +32,10 @@ ROOM, LEAST = 10**9, 10**8
 """Bytes that are free before the first flight, room for an hour; and later, or it is recorded no more."""
 
 FULL = "flight no longer recorded: the disk has no room"
+
+
+Messages = Iterable[tuple[Topic, Any]]
+"""Topic and fields of each."""
 
 
 class FlightRecorder:
@@ -57,6 +62,8 @@ class FlightRecorder:
         self._stream: McapStream | None = None
         self._flights, self._rows = 0, 0
         self._beside: dict[str, FlightRecorder] = {}
+        self._thread = ThreadPoolExecutor(1, "recorder")
+        self._coming: Future[Messages] | None = None
         self.faults = Counter[str]()
 
     def beside(self, name: str) -> FlightRecorder:
@@ -68,13 +75,26 @@ class FlightRecorder:
             self._beside[name].faults = self.faults
         return self._beside[name]
 
-    def take(self, messages: Iterable[tuple[Topic, Any]], anew: bool = True) -> None:
+    def take_later(self, make: Callable[[], Messages]) -> None:
+        """Keep another record of the flight under way, which takes long to make: a thread does, meanwhile."""
+        self._take_coming()
+        self._coming = self._thread.submit(make)
+
+    def _take_coming(self) -> None:
+        """Keep the record that is being made, once it is there."""
+        coming, self._coming = self._coming, None
+        if coming is not None:
+            self.take(coming.result(), anew=False)
+
+    def take(self, messages: Messages, anew: bool = True) -> None:
         """Keep those of some messages, topic and fields, that are of the record.
 
         Args:
             messages: a record begins a flight.
             anew: whether it does, or is that of the flight under way as it is now.
         """
+        if self._coming is not None and self._coming.done():
+            self._take_coming()
         for topic, fields in messages:
             if topic not in (RECORD, SOURCE, ROW):
                 continue
@@ -96,6 +116,7 @@ class FlightRecorder:
 
     def _end(self) -> None:
         """End the flight's file."""
+        self._take_coming()
         stream, self._stream = self._stream, None
         if stream is not None:
             stream.close()

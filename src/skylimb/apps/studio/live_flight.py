@@ -159,10 +159,10 @@ class LiveFlight:
             self._record.flown(k, self._driver.log[k])
 
     def _keep(self, record: RecordedTicks, k: int) -> None:
-        # A hand on a slider makes a branch a frame, and what is flown takes some 50 ms to write.
+        # A hand on a slider makes a branch a frame, and what is flown takes some 50 ms to put into words.
         since = None if self._changed is None else k - self._changed
         if since is not None and (since > SPACING / self.takeoff.period or self.over):
-            record.changed(self.takeoff)
+            record.changed(self.takeoff, self.over)
             self._changed = None
         record.flown(k, self._driver.log[k])
 

@@ -96,7 +96,8 @@ class FlightThread:
         gc.freeze()  # what has been loaded stays; looking through it again would hold ticks up
         next_frame = next_poll = time.perf_counter()
         while not self._stopped:
-            self._obey_all()
+            if self._obey_all():
+                next_frame = time.perf_counter()  # what was done is seen at once
             resting = self.paused or self._session.live.over
             if not resting:
                 self.pacing.fly(self._session.advance)
@@ -160,8 +161,12 @@ class FlightThread:
         }
         self._say("scene", {"hello": scene, "state": self._state_now()})
 
-    def _obey_all(self) -> None:
-        """Obey all that waits; of several pokes in a row only the last, as each of them is a branch."""
+    def _obey_all(self) -> bool:
+        """Obey all that waits; of several pokes in a row only the last, as each of them is a branch.
+
+        Returns:
+            Whether anything waited.
+        """
         waiting = []
         while not self._commands.empty():
             waiting.append(self._commands.get_nowait())
@@ -175,6 +180,7 @@ class FlightThread:
                 self._acts[type(command)](command)
             except SkylimbError as error:
                 self._say("refused", {"text": " ".join(str(error).split())})
+        return bool(waiting)
 
     def _check(self, command: Any) -> None:
         """Refuse what was meant for a flight that has become another meanwhile."""
