@@ -1,8 +1,10 @@
 """A real browser without a window, that draws in software and talks to nobody."""
 
 import shutil
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
@@ -20,6 +22,51 @@ PAINTED = (
     " return new Set(g.getImageData(0, 0, 64, 64).data).size;"
 )
 """Body of a function in the page: how many different values the pixels of the scene view `t` have."""
+
+WORDS = """(page) => {
+    const { sceneView: view } = window[page], { camera, canvas } = view, found = [];
+    for (const [i, left, top, w, h] of view.cells()) {
+        const high = h * canvas.clientHeight, part = 2 * Math.tan(camera.fov * Math.PI / 360) / high;
+        view.scenes[i].traverseVisible((one) => {
+            if (!one.isSprite || one.material.opacity === 0) return;
+            const place = view.placeOf(i, one.getWorldPosition(camera.position.clone()));
+            if (!place) return;
+            const [width, height] = [one.scale.x / part, one.scale.y / part];
+            found.push([place[0] * canvas.clientWidth - one.center.x * width,
+                        place[1] * canvas.clientHeight - (1 - one.center.y) * height, width, height]);
+        });
+    }
+    return found;
+}"""
+"""Where a page's picture has words, px: left, top, width, height; takes the name of the page's object."""
+
+PATIENCE = 60.0
+"""Seconds for which a test waits for anything, on a machine that has much else to do."""
+
+
+def wait_for(true: Callable[[], Any]) -> None:
+    """Wait until it is so."""
+    end = time.monotonic() + PATIENCE
+    while not true():
+        assert time.monotonic() < end, "it did not come true"
+        time.sleep(0.02)
+
+
+def until(page: sync_api.Page, expression: str) -> None:
+    """Wait in the test, as the studio's policy forbids a page to evaluate texts."""
+    wait_for(lambda: page.evaluate(expression))
+
+
+def overlapping(boxes: list[list[float]]) -> list[tuple[list[float], list[float]]]:
+    """Pairs of boxes (left, top, width, height) that lie on each other."""
+    return [
+        (a, b)
+        for k, a in enumerate(boxes)
+        for b in boxes[:k]
+        if min(a[0] + a[2], b[0] + b[2]) - max(a[0], b[0]) > 0.5
+        and min(a[1] + a[3], b[1] + b[3]) - max(a[1], b[1]) > 0.5
+    ]
+
 
 _ARGUMENTS = [
     "--no-sandbox",

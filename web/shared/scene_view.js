@@ -1,6 +1,7 @@
 // The canvas: all flights side by side under cameras that move together, or as ghosts in one picture.
 
 import { AmbientLight, Color, DirectionalLight, HemisphereLight, OrbitControls, PerspectiveCamera, Raycaster, Scene, Spherical, Vector2, Vector3, WebGLRenderer } from "vendor";
+import { numberAt, spread } from "./labels.js";
 import { floorGrid } from "./landmarks.js";
 
 /** Whether a processor draws, for which smooth edges cost too much. */
@@ -250,6 +251,13 @@ export class SceneView {
     if (this.stale && this.#rested()) this.render();
   }
 
+  /** Keep the words of a cell apart: those of the contact first, those of the floor last. */
+  #spreadLabels(scene, flights, pixels) {
+    const figures = flights.map((i) => this.figures[i]), groups = [...figures.map(({ frame }) => frame), ...scene.grid.children.slice(1).reverse()];
+    const labels = groups.filter(({ visible }) => visible).flatMap((group) => (group.isSprite ? group : group.getObjectsByProperty("isSprite", true)));
+    spread(labels, this.camera, figures.filter(({ force }) => force > 0.05).map(({ tip }) => numberAt(tip, this.camera, pixels)));
+  }
+
   /** Draw now. */
   render() {
     this.stale = false;
@@ -271,6 +279,8 @@ export class SceneView {
       this.renderer.setScissor(...box);
       this.camera.aspect = box[2] / box[3];
       this.camera.updateProjectionMatrix();
+      this.camera.updateMatrixWorld();
+      this.#spreadLabels(scene, this.ghosts ? this.seen : [i], box[3]);
       this.renderer.render(scene, this.camera);
     }
     this.drawn++;

@@ -47,12 +47,12 @@ export class LiveFigure extends Figure {
     this.trace.visible = false;
   }
 
-  take(frame) { this.frame = frame; }
+  take(frame) { this.newest = frame; }
 
   /** Show the newest frame. */
   at() {
-    if (!this.frame) return;
-    const part = (name) => this.frame.subarray(...this.layout[name]);
+    if (!this.newest) return;
+    const part = (name) => this.newest.subarray(...this.layout[name]);
     this.show(part("poses"), part("thrusts"), [...part("tip"), ...part("force")]);
     const [x, y, z, qw, qx, qy, qz] = part("surface");
     this.drawn.position.set(x, y, z);

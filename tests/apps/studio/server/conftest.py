@@ -132,9 +132,11 @@ class Running:
 
 
 @contextmanager
-def running(out: Path, *controllers: str, token: str = "") -> Iterator[Running]:
-    """A studio on a free flight, until the end of the block."""
-    session = Session("free_flight", controllers, out=out)
+def running(
+    out: Path, *controllers: str, token: str = "", experiment: str = "free_flight"
+) -> Iterator[Running]:
+    """A studio, until the end of the block."""
+    session = Session(experiment, controllers, out=out)
     with StudioServer("127.0.0.1", 0, token) as server:
         found = Running(server, session)
         found.start()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import shlex
 import threading
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,7 @@ import pytest
 from playwright import sync_api
 
 import skylimb
-from chromium import chromium, needs_chromium, silent_page
+from chromium import chromium, needs_chromium, silent_page, wait_for
 from flown_state import flown_gain
 from of_kind import of_kind
 from skylimb.analysis.recording import Run
@@ -26,13 +25,6 @@ from skylimb.flight.events import Push
 
 GUIDE = Path(__file__).parents[4] / "docs" / "studio.md"
 GAIN = "attitude.normalized_stiffness"
-
-
-def wait_for(true: Callable[[], Any]) -> None:
-    until = time.monotonic() + 120.0
-    while not true():
-        assert time.monotonic() < until
-        time.sleep(0.05)
 
 
 def words_of_the_guide() -> set[str]:

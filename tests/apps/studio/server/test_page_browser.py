@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import random
 import shlex
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,7 @@ import pytest
 from playwright import sync_api
 
 import skylimb
-from chromium import PAINTED, chromium, needs_chromium, serious, silent_page
+from chromium import PAINTED, chromium, needs_chromium, serious, silent_page, until, wait_for
 from failing_controller import save_failing_controller
 from flown_state import flown_gain
 from of_kind import of_kind
@@ -47,23 +46,13 @@ def page(open_page: sync_api.Page, studio: Any) -> sync_api.Page:
     """The page with a flight that has just taken off, and flies."""
     before, number = studio.session.live.flights[0], open_page.evaluate("skylimbStudio.number")
     studio.speed(1)
-    open_page.evaluate("() => { skylimbStudio.say('restart'); skylimbStudio.say('pause', {paused: false}); }")
+    open_page.get_by_role("button", name="Take off again").click()
+    if (go_on := open_page.get_by_role("button", name="Go on", exact=True)).is_visible():
+        go_on.click()
     wait_for(lambda: studio.session.live.flights[0] is not before)
     until(open_page, f"!skylimbStudio.state.paused && skylimbStudio.number > {number}")
     open_page.get_by_role("tab", name="Gains").click()
     return open_page
-
-
-def wait_for(true: Callable[[], bool]) -> None:
-    until = time.monotonic() + PATIENCE / 1000
-    while not true():
-        assert time.monotonic() < until, "it did not come true"
-        time.sleep(0.02)
-
-
-def until(page: sync_api.Page, expression: str) -> None:
-    """Wait in the test, as the page's policy forbids it to evaluate texts."""
-    wait_for(lambda: page.evaluate(expression))
 
 
 def shown_time(page: sync_api.Page) -> float:

@@ -2,35 +2,30 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
 import pytest
+from PIL import Image
 from playwright import sync_api
 
-from chromium import chromium, needs_chromium, serious, silent_page
+from chromium import WORDS, chromium, needs_chromium, overlapping, serious, silent_page, until
 from skylimb.apps.studio.session import Session
 
 pytestmark = needs_chromium
 
-DIFFERENT = """(what) => {
-    const view = skylimbStudio.sceneView, pixels = () => {
-        view.render();
-        const copy = Object.assign(document.createElement("canvas"), { width: 240, height: 160 });
-        const pen = copy.getContext("2d");
-        pen.drawImage(view.canvas, 0, 0, 240, 160);
-        return pen.getImageData(0, 0, 240, 160).data;
-    };
-    const before = pixels();
-    change(what, view);
-    const after = pixels();
-    return before.filter((value, k) => Math.abs(value - after[k]) > 20).length;
-    function change(what, view) {
-        if (what === "shadows") for (const { sun } of view.scenes) sun.castShadow = false;
-        else document.getElementById(what).click();
-    }
+SHADE = """() => {
+    const { sceneView: view, figures: [figure] } = skylimbStudio, { sun } = view.scenes[0];
+    const box = view.canvas.getBoundingClientRect(), light = sun.target.position.clone().sub(sun.position);
+    const shapes = figure.bodies.slice(1).flatMap(({ children }) => children.filter((one) => one.castShadow));
+    return shapes.map((one) => one.getWorldPosition(light.clone())).filter(({ z }) => z > 0.1)
+        .map((place) => place.addScaledVector(light, -place.z / light.z))
+        .map((shadow) => view.placeOf(0, shadow)).filter((place) => place)
+        .map(([x, y]) => [x * box.width, y * box.height]);
 }"""
-"""How many of the picture's numbers differ once something is switched off."""
+"""Where the middles of the robot's shapes throw their shadows on the floor, px of the picture."""
 
 
 @pytest.fixture(scope="module")
@@ -50,13 +45,83 @@ def page(studio: Any, browser: sync_api.Browser) -> Iterator[sync_api.Page]:
             page.get_by_role("button", name="Take over").click()
         page.get_by_role("button", name="Take off again").click()
         page.get_by_text("Took off again").first.wait_for()
+        if page.get_by_role("button", name="Go on", exact=True).is_visible():
+            page.get_by_role("button", name="Go on", exact=True).click()
         page.wait_for_timeout(500)
         yield page
 
 
-@pytest.mark.parametrize("what", ["shadows", "axes"])
-def test_it_has_shadows_and_axes(page: sync_api.Page, what: str) -> None:
-    assert page.evaluate(DIFFERENT, what) > 200
+def photograph(page: sync_api.Page) -> np.ndarray:
+    """The picture as it is seen, brightness, (height, width)."""
+    shot = Image.open(io.BytesIO(page.locator("#picture canvas").screenshot()))
+    return np.asarray(shot.convert("L"), dtype=float)
+
+
+def paused(page: sync_api.Page, after: float) -> sync_api.Page:
+    """The page with a flight that is held after some seconds, with all that is drawn of it."""
+    until(page, f"skylimbStudio.past.end > {after}")
+    page.get_by_role("button", name="Pause").click()
+    until(page, "skylimbStudio.state.paused")
+    until(page, "!skylimbStudio.fresh && !skylimbStudio.sceneView.stale")
+    return page
+
+
+def test_the_robot_throws_a_shadow(page: sync_api.Page) -> None:
+    page.get_by_label("View", exact=True).last.select_option(label="top")
+    page.get_by_role("button", name="Axes").click()  # numbers stand in the shadow
+    places = paused(page, 0.2).evaluate(SHADE)
+    seen = photograph(page)
+    height, width = seen.shape
+    darker = 0
+    for x, y in places:
+        if not (20 < x < width - 20 and 20 < y < height - 60):  # the edge, and the buttons below
+            continue
+        around = seen[round(y) - 20 : round(y) + 20, round(x) - 20 : round(x) + 20]
+        darker += around[17:24, 17:24].min() < 0.9 * np.median(around)
+    assert darker >= 2
+
+
+def test_words_lie_apart_and_a_switch_takes_them_away(page: sync_api.Page) -> None:
+    boxes = paused(page, 0.2).evaluate(WORDS, "skylimbStudio")
+    assert len(boxes) > 6
+    assert overlapping(boxes) == []
+    with_words = photograph(page)
+    page.get_by_role("button", name="Axes").click()
+    until(page, "!skylimbStudio.sceneView.stale")
+    assert page.evaluate(WORDS, "skylimbStudio") == []
+    without = photograph(page)
+    left, top, width, height = (round(value) for value in boxes[-1])  # of the surface's frame
+    part = (slice(max(0, top), top + height), slice(max(0, left), left + width))
+    assert np.mean(np.abs(with_words[part] - without[part]) > 20) > 0.05
+
+
+def test_the_number_of_the_force_covers_no_words(
+    run_studio: Any, browser: sync_api.Browser, tmp_path: Any
+) -> None:
+    with run_studio(tmp_path, experiment="paper") as studio, silent_page(browser) as page:
+        page.goto(studio.url)
+        page.get_by_label("Speed, 0.1 to 20 times").focus()
+        page.keyboard.press("End")
+        until(page, "document.body.dataset.ready && skylimbStudio.figures[0].force > 0.1")
+        number = paused(page, 0.0).locator("#felt span")
+        number.wait_for()
+        picture, box = page.locator("#picture canvas").bounding_box(), number.bounding_box()
+        assert picture is not None
+        assert box is not None
+        own = [box["x"] - picture["x"], box["y"] - picture["y"], box["width"], box["height"]]
+        assert overlapping([own, *page.evaluate(WORDS, "skylimbStudio")]) == []
+
+
+@pytest.mark.parametrize("name", ["front", "side", "top", "pen", "whole robot"])
+def test_a_view_is_chosen_with_the_keyboard(page: sync_api.Page, name: str) -> None:
+    place = "skylimbStudio.sceneView.camera.position.toArray()"
+    page.locator("#picture canvas").focus()
+    for _ in range(5):
+        page.keyboard.press("ArrowLeft")
+    before = page.evaluate(place)
+    page.get_by_label("View", exact=True).last.focus()
+    page.keyboard.type(name)
+    until(page, f"Math.hypot(...{place}.map((x, i) => x - {before}[i])) > 0.05")
 
 
 def test_the_whole_robot_is_in_the_first_picture(page: sync_api.Page) -> None:
