@@ -1,0 +1,20 @@
+"""What a drawing may be made of."""
+
+import pytest
+
+from skylimb.base.errors import ConfigError
+from skylimb.control.planning import svg_lines
+
+
+def read(path: str) -> int:
+    """Points of the lines of an SVG with one path."""
+    text = f'<svg xmlns="http://www.w3.org/2000/svg"><path d="M0 0{path}" fill="none" stroke="red"/></svg>'
+    return sum(map(len, svg_lines.svg_lines(text.encode(), "mine.svg")))
+
+
+def test_curves_are_few_and_straight_pieces_may_be_many(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(svg_lines, "_MOST_CURVES", 3)
+    assert read(" l 1 2 l 2 -1" * 5) >= 11
+    assert read(" q 1 2 2 0" * 3) > 11
+    with pytest.raises(ConfigError, match=r"mine\.svg has 4 curves, more than 3; make it simpler"):
+        read(" q 1 2 2 0" * 4)
