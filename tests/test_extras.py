@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -12,6 +13,29 @@ ROOT = Path(__file__).parents[1]
 CAMPAIGN, TUNE = ROOT / "examples" / "campaign.toml", ROOT / "examples" / "tune.toml"
 
 
+CASES = {
+    "pyarrow": ("campaign", ("campaign", str(CAMPAIGN))),
+    "cma": ("tune", ("tune", str(TUNE))),
+    "websockets": ("studio", ("studio",)),
+    "distributed": ("cluster", ("campaign", str(CAMPAIGN), "--scheduler", "tcp://127.0.0.1:1")),
+}
+"""Package that cannot be imported -> its extra, and a command that needs it."""
+
+EACH = """
+import json, os, sys
+from skylimb.apps.cli import main
+for package, words in json.load(sys.stdin).items():
+    print(f"{package}:", file=sys.stderr, flush=True)
+    if os.fork() == 0:
+        sys.modules[package] = None
+        code = main(words)
+        print(f"exit code {code}", file=sys.stderr, flush=True)
+        os._exit(0)
+    os.wait()
+"""
+"""One process begins, and each command runs in a copy of it."""
+
+
 def without(package: str, *arguments: str) -> subprocess.CompletedProcess[str]:
     """The command line where that package cannot be imported."""
     code = f"import sys; sys.modules['{package}'] = None; from skylimb.apps.cli import main; sys.exit(main())"
@@ -19,23 +43,16 @@ def without(package: str, *arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
 
 
-@pytest.mark.parametrize(
-    ("package", "extra", "arguments"),
-    [
-        ("pyarrow", "campaign", ("campaign", str(CAMPAIGN))),
-        ("cma", "tune", ("tune", str(TUNE))),
-        ("websockets", "studio", ("studio",)),
-        ("distributed", "cluster", ("campaign", str(CAMPAIGN), "--scheduler", "tcp://127.0.0.1:1")),
-    ],
-)
-def test_a_missing_extra_is_named(
-    package: str, extra: str, arguments: tuple[str, ...], tmp_path: Path
-) -> None:
-    out = tmp_path / "out"
-    said = without(package, *arguments, "--out", str(out))
-    assert said.returncode == 2
-    assert said.stderr == (f"skylimb: error: '{package}' is not installed: pip install 'skylimb[{extra}]'\n")
-    assert not out.exists()
+def test_a_missing_extra_is_named(tmp_path: Path) -> None:
+    commands = {package: [*words, "--out", str(tmp_path / package)] for package, (_, words) in CASES.items()}
+    command = [sys.executable, "-c", EACH]
+    done = subprocess.run(
+        command, input=json.dumps(commands), capture_output=True, text=True, timeout=120, check=True
+    )
+    error = "skylimb: error: '{}' is not installed: pip install 'skylimb[{}]'\nexit code 2\n"
+    told = [f"{package}:\n{error.format(package, extra)}" for package, (extra, _) in CASES.items()]
+    assert done.stderr == "".join(told)
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.slow

@@ -22,15 +22,16 @@ from skylimb.flight.realtime.pacer import stepped
 from skylimb.flight.takeoff import take_off
 from steered import ready
 
+SOON = FlightLimits(settled_time=0.2)
+"""Hover soon, as most tests begin there."""
+
 LAB = Path(__file__).parents[1] / "apps" / "ros" / "lab"
 
 
 class Wire:
     """Controller and simulator in step; what one says the other hears at the next tick."""
 
-    def __init__(
-        self, files: tuple[str, ...] = ("motor_info.yaml",), limits: FlightLimits | None = None
-    ) -> None:
+    def __init__(self, files: tuple[str, ...] = ("motor_info.yaml",), limits: FlightLimits = SOON) -> None:
         takeoff, controller = ready("hybrid")
         config = read_lab_config([LAB / name for name in files], takeoff.robot)
         (inner,) = take_off("paper", ("hybrid",), set={**CIRCLE, "controller_rate": 1000.0})
@@ -38,7 +39,7 @@ class Wire:
         self.pacer = pacer = stepped(takeoff.period)
         self.robot = Simulated(inner, link, pacer, servos=config.servos)
         missions = {"paper": takeoff.mission}
-        flyer = Flyer(takeoff, controller, missions, link, pacer, limits=limits or FlightLimits())
+        flyer = Flyer(takeoff, controller, missions, link, pacer, limits=limits)
         self._made = lambda: Controlled(flyer, config)
         self.pilot = self._made()
         self.spoil: Callable[[Outgoing], Outgoing | None] = lambda one: one

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from skylimb.analysis.exchange import lab_topics as topics
 from skylimb.apps.ros.grounded import STAND
-from skylimb.apps.ros.limits import FlightLimits
 from skylimb.apps.ros.messages import Outgoing
 from skylimb.apps.ros.states import FlightState
-from wired import Wire
+from wired import SOON, Wire
 
 HALT, FORCE, LAND = (f"teleop_command/{word}" for word in ("halt", "force_landing", "land"))
 
@@ -41,7 +42,7 @@ def test_a_controller_that_begins_anew_in_hover_lands_the_robot(hovering: Wire) 
 
 
 def test_a_controller_that_begins_anew_may_go_on_hovering() -> None:
-    wire = Wire(limits=FlightLimits(adopt="hover"))
+    wire = Wire(limits=replace(SOON, adopt="hover"))
     wire.hover()
     before = wire.robot.plant.truth().position.copy()
     killed(wire, 0.1)

@@ -186,7 +186,7 @@ def test_whatever_comes() -> None:
     run_state_machine_as_test(
         Flight,
         settings=settings(
-            max_examples=150,
+            max_examples=60,
             stateful_step_count=12,
             deadline=None,
             suppress_health_check=[HealthCheck.too_slow],
