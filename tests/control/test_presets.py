@@ -300,7 +300,7 @@ def test_the_presets_are_what_has_been_flown(robot: Robot) -> None:
     assert flattened(following, "contact") == {
         "approach_speed": 0.025, "approach_ramp": 1.0, "retreat_speed": 0.1, "axis_speed": 0.025,
         "least_pace": 0.25, "path_acceleration": 0.05, "wait_beyond": 0.08, "waiting_pace": 0.1,
-        "body_share": 0.5,
+        "waiting_speed": 100.0, "body_share": 0.5,
         "ease_beyond": [0.015, 0.04], "least_ease": 0.2, "machine.touch_force": 0.5,
         "machine.touch_time": 0.015, "machine.lost_force": 0.25, "machine.lost_time": 0.2,
         "machine.settle_time": 1.0, "machine.rest_time": 0.5, "machine.search": 0.25,
@@ -341,7 +341,7 @@ def test_what_a_law_does_where_no_preset_says_otherwise() -> None:
     assert to_mapping(contact.Gains()) == {
         "approach_speed": 0.05, "approach_ramp": 1.0, "retreat_speed": 0.1, "axis_speed": 0.04,
         "least_pace": 0.25, "path_acceleration": 0.1, "wait_beyond": 0.08, "waiting_pace": 0.1,
-        "body_share": 0.5,
+        "waiting_speed": 100.0, "body_share": 0.5,
         "ease_beyond": [0.015, 0.04], "least_ease": 1.0, "machine": to_mapping(contact.MachineGains()),
         "surface": {"drift": 0.5, "height_noise": 0.003, "cross_noise": 3.0},
     }  # fmt: skip

@@ -115,6 +115,13 @@ def test_every_driver_keeps_the_same_clock(preset: Any) -> None:
             np.testing.assert_allclose(other.signal(name), compiled.signal(name), atol=1e-9, err_msg=name)
 
 
+@pytest.mark.parametrize(("pace", "patience"), [(0.2, 5.0), (0.8, 4.0), (0.01, 20.0)])
+def test_a_flight_has_patience_for_a_path_that_waits_all_the_way(pace: float, patience: float) -> None:
+    changes = {**MISSION, "controller.contact.waiting_pace": pace}
+    (takeoff,) = take_off("paper", ("drawing",), set=changes)
+    assert len(takeoff.times) == pytest.approx(patience * len(takeoff.mission.times), abs=1.0)
+
+
 def test_a_mission_that_never_goes_on_fails_and_says_so(preset: Any) -> None:
     compiled, plain, native = flights(preset(0.0), 1.0)
     for flight in (compiled, plain, native):

@@ -28,6 +28,7 @@ class Needs:
         force: normal force that it commands, N; refused before take-off where the robot cannot hold it.
         moves: how far it moves the vectoring angles from those of the posture, rad.
         imu: whether it works on what an IMU measures.
+        slowest: pace of a mission that waits for its pen all the way; its flight has patience for that.
     """
 
     paced: bool = False
@@ -36,6 +37,7 @@ class Needs:
     force: float = 0.0
     moves: float = 0.0
     imu: bool = False
+    slowest: float = 1.0
 
 
 def needs_of(controller: Any) -> Needs:
@@ -77,4 +79,5 @@ def merged(needs: Iterable[Needs]) -> Needs:
         max((need.force for need in needs), default=0.0),
         max((need.moves for need in needs), default=0.0),
         any(need.imu for need in needs),
+        min((need.slowest for need in needs), default=1.0),
     )

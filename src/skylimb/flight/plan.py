@@ -16,7 +16,7 @@ import numpy as np
 from skylimb.analysis.scores.user_scores import UserScore
 from skylimb.base.sources import Source
 from skylimb.control.controller import Controller, is_traceable
-from skylimb.control.missions.configuration import MissionConfig
+from skylimb.control.missions.configuration import MOST_PATIENCE, MissionConfig
 from skylimb.control.missions.frame import contact_frame
 from skylimb.control.missions.mission import Mission
 from skylimb.control.missions.plan import plan_mission
@@ -72,7 +72,8 @@ class FlightPlan:
     @property
     def mission(self) -> Mission:
         """The references of the flight."""
-        inputs = _mission_inputs(self.experiment, self.robot, self.needs.vectoring)
+        needs = self.needs
+        inputs = _mission_inputs(self.experiment, self.robot, needs.vectoring, needs.slowest)
         return self.derived.of(_mission, *inputs)
 
     @property
@@ -160,11 +161,15 @@ def mission_of(experiment: Experiment, robot: Robot, vectoring: str = "torque") 
     return _mission(*_mission_inputs(experiment, robot, vectoring))
 
 
-def _mission_inputs(experiment: Experiment, robot: Robot, vectoring: str) -> tuple[Any, ...]:
+def _mission_inputs(
+    experiment: Experiment, robot: Robot, vectoring: str, slowest: float = 1.0
+) -> tuple[Any, ...]:
     """What a mission depends on, in the order of `_mission`."""
-    asked = (getattr(experiment, part.name) for part in fields(MissionConfig))
+    config = MissionConfig(*(getattr(experiment, part.name) for part in fields(MissionConfig)))
+    patience = max(config.phases.patience, min(1.0 / slowest, MOST_PATIENCE))
+    config = replace(config, phases=replace(config.phases, patience=patience))
     place = experiment.contact_axis, experiment.path_center, experiment.posture
-    return MissionConfig(*asked), *place, experiment.surface, experiment.control_period, robot, vectoring
+    return config, *place, experiment.surface, experiment.control_period, robot, vectoring
 
 
 def _mission(

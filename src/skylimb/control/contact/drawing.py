@@ -107,7 +107,9 @@ class State(NamedTuple):
 
 def needs(gains: Gains) -> Needs:
     """It sets the pace, and looks ahead for the end of a stroke."""
-    return replace(following.needs(gains), preview=(AHEAD, SEEN))
+    return replace(
+        following.needs(gains), preview=(AHEAD, SEEN), slowest=min(gains.least_pace, gains.waiting_pace)
+    )
 
 
 def initial_state(gains: Gains, start: Start) -> State:

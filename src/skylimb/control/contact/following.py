@@ -48,7 +48,7 @@ from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import Needs
 from skylimb.control.press import EASED, PLAIN, SEARCHING, WAITING
 from skylimb.control.records import ContactView, LawInput
-from skylimb.symbolic import Array, clip, cross, dot, low_pass, vector, where
+from skylimb.symbolic import Array, clip, cross, dot, low_pass, max, min, vector, where
 
 PROVIDES = (
     "contact.engaged",
@@ -114,6 +114,9 @@ class Gains:
         ),
     ] = 0.08
     waiting_pace: Annotated[float, Key("", "pace of a path that waits for its pen", low=0.01, high=1.0)] = 0.1
+    waiting_speed: Annotated[
+        float, Key("m/s", "speed of a fast path that waits, down to `least_pace`", above=0.0, high=100.0)
+    ] = 100.0
     body_share: Annotated[
         float,
         Key("", "share of the surface's motion that the body takes, the arm the rest", low=0.0, high=1.0),
@@ -300,9 +303,9 @@ def _pace(
     # Speeds are those of the present pace; divided by it, they are those of the mission's own.
     own = clip(state.pace, 0.05, 1.0)
     allowed = clip(gains.axis_speed * own / (abs(surface_velocity) + 1e-6), gains.least_pace, 1.0)
-    allowed = allowed * clip(
-        (gains.wait_beyond - behind) / (0.5 * gains.wait_beyond), gains.waiting_pace, 1.0
-    )
+    slow = max(gains.least_pace, gains.waiting_speed * own / (speed + 1e-6))
+    waiting = min(gains.waiting_pace, slow)
+    allowed = allowed * clip((gains.wait_beyond - behind) / (0.5 * gains.wait_beyond), waiting, 1.0)
     halted = reference.wait * (1.0 - machine.given_up) * (1.0 - is_in(machine.state, SLIDE))
     faster = (state.speed + gains.path_acceleration * dt) * own / (speed + 1e-6)
     slower = state.pace - gains.path_acceleration * dt * own / (speed + 1e-6)

@@ -13,6 +13,9 @@ from skylimb.control.planning.trajectory_config import TrajectoryConfig
 LONGEST_PHASE = 600.0
 """Longest time that one phase may wait, s."""
 
+MOST_PATIENCE = 20.0
+"""How many times a mission's time a flight may take at most."""
+
 
 def _waiting(meaning: str) -> Key:
     return Key("s", meaning, low=0.0, high=LONGEST_PHASE)
@@ -30,9 +33,10 @@ class PhaseConfig:
         float,
         Key(
             "",
-            "times the mission's time that a flight may take whose controller sets the pace",
+            "times the mission's time that a flight may take whose controller sets the pace; "
+            "at least as long as a path takes that waits all the way",
             1.0,
-            20.0,
+            MOST_PATIENCE,
         ),
     ] = 2.5
 
