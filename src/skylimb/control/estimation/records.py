@@ -44,8 +44,8 @@ class Measurement(NamedTuple):
         quaternion: attitude of the measured body, (w, x, y, z).
         velocity: of that origin in W, m/s, (3,).
         angular_velocity: of the body, in B, rad/s, (3,).
-        joint_angles: shape joints q, rad.
-        vectoring_angles: vectoring joints psi, rad.
+        joint_angles: shape joints q, rad, (n_joints,).
+        vectoring_angles: vectoring joints psi, rad, (n_vectoring,).
         capture_age: of the motion capture's frame that is seen now, in pose and twist, as its stamp says, s.
         imu: absent where the robot has none, or nobody needs it.
     """
