@@ -16,9 +16,10 @@ from skylimb.apps.ros.flyer import Flyer
 from skylimb.apps.ros.references import theta_of
 from skylimb.apps.ros.requests import RefusedError, Requests
 from skylimb.apps.ros.script import require_from_hover
-from skylimb.apps.ros.states import FlightState, Flying, Order, Seen, advance
+from skylimb.apps.ros.states import FlightState, Flying, Order, Seen
 from skylimb.apps.ros.targets import Target
 from skylimb.apps.ros.tick import Inputs, Received, Tick
+from skylimb.apps.ros.transitions import advance
 from skylimb.base.errors import unknown_name
 from skylimb.control.missions.reference import Reference
 from skylimb.control.records import Command

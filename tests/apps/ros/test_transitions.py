@@ -17,8 +17,8 @@ from skylimb.apps.ros.states import (
     Flying,
     Order,
     Seen,
-    advance,
 )
+from skylimb.apps.ros.transitions import advance
 
 LIMITS = FlightLimits()
 HERE = np.array([1.0, 2.0, 0.2])

@@ -1,0 +1,213 @@
+"""How the lab's flight states follow each other, as one pure function.
+
+    ARM_OFF -start-> START -acknowledged-> ARM_ON -takeoff-> TAKEOFF -settled-> HOVER -land-> LAND -stands->
+    STOP -acknowledged-> ARM_OFF
+    any -halt-> STOP        ARM_OFF, but the flight controller is armed -> LAND or HOVER, or STOP again
+
+Numbers are those of the lab's navigator. Two of its transitions are refused here, as they drop a robot that
+flies: `takeoff` in the air, which stops the motors there, and `start` in the air, which resets the
+controller. Who begins anew knows nothing of a flight that is under way: so `halt` and `force_landing` act
+in every state, and a flight controller that says that it is armed is believed.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from skylimb.apps.ros.limits import FlightLimits
+from skylimb.apps.ros.states import UNKNOWN_HEIGHT, Arming, FlightState, Flying, Order, Seen
+
+
+def advance(flying: Flying, seen: Seen, limits: FlightLimits) -> tuple[Flying, tuple[str, ...]]:
+    """One tick of the flight states.
+
+    Args:
+        flying: of the tick before.
+        seen: what came and what was measured.
+        limits: thresholds and time-outs.
+
+    Returns:
+        The new state, and what has to be said to people, one line each.
+    """
+    said: list[str] = []
+    flying = _placed(flying, seen)
+    if seen.battery is not None:
+        low = seen.battery < limits.low_battery
+        if low and not flying.low_battery:
+            said.append(f"low battery: {seen.battery:.0f} per cent")
+        flying = replace(flying, low_battery=low)
+    for order in seen.orders:
+        flying = _ORDERS[order](flying, seen, limits, said)
+    if seen.armed and flying.state == FlightState.ARM_OFF:
+        flying = _found_armed(flying, seen, limits, said)
+    # Who is blind as well is brought down by the flight controller, and the end of that is found.
+    if seen.cut and flying.in_air and seen.position is not None:
+        said.append("the supervisor has cut the rotors: the flight controller is disarmed")
+        flying = _halt(flying, seen, limits, said)
+    by_board = seen.acknowledged == Arming.FORCE_LANDING
+    why = "by the flight controller" if by_board else seen.broken
+    if why and flying.in_air and not flying.force_landing:
+        said.append(f"force landing: {why}")
+        flying = replace(_enter(flying, FlightState.LAND, seen), force_landing=True)
+    if flying.low_battery and flying.state in (FlightState.TAKEOFF, FlightState.HOVER):
+        said.append("landing: low battery")
+        flying = _enter(flying, FlightState.LAND, seen)
+    elif flying.state in _STEPS:
+        flying = _STEPS[flying.state](flying, seen, limits, said)
+    return flying, tuple(said)
+
+
+def _placed(flying: Flying, seen: Seen) -> Flying:
+    """Where and when it was seen last."""
+    if seen.position is None:
+        return replace(flying, blind=seen.now) if math.isnan(flying.blind) else flying
+    ground = seen.position[2] - UNKNOWN_HEIGHT if flying.origin is None else flying.origin[2]
+    return replace(flying, blind=seen.now, above=float(seen.position[2] - ground))
+
+
+def _found_armed(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
+    """Somebody else armed it, or it did not hear that it is over."""
+    known = flying.origin is not None
+    # What was disarmed says so a little late; a first position comes a little late.
+    waits = known or seen.position is None
+    if waits and seen.now - (flying.since if known else flying.blind) < limits.disarmed:
+        return flying
+    if known:
+        said.append("the flight controller is armed still: it is stopped again")
+        return _enter(flying, FlightState.STOP, seen)
+    goes_on = limits.adopt == "hover" and seen.position is not None
+    state = FlightState.HOVER if goes_on else FlightState.LAND
+    said.append(
+        f"the flight controller is armed, and nobody here armed it: {'hovering' if goes_on else 'landing'}"
+    )
+    return replace(_enter(flying, state, seen), force_landing=seen.position is None)
+
+
+def _enter(flying: Flying, state: FlightState, seen: Seen) -> Flying:
+    height = math.inf if seen.position is None else float(seen.position[2])
+    settled = seen.now if state == FlightState.TAKEOFF else flying.settled
+    return replace(flying, state=state, since=seen.now, settled=settled, looked=seen.now, height=height)
+
+
+def _halt(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
+    return replace(_enter(flying, FlightState.STOP, seen), force_landing=False)
+
+
+def _force_landing(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
+    if flying.state in (FlightState.START, FlightState.ARM_ON, FlightState.STOP):
+        return _halt(flying, seen, limits, said)  # it stands
+    return replace(_enter(flying, FlightState.LAND, seen), force_landing=True)
+
+
+def _land(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
+    if flying.state in (FlightState.LAND, FlightState.ARM_OFF, FlightState.STOP):
+        return flying
+    # On the ground the way down is no way.
+    return _enter(flying, FlightState.LAND if flying.in_air else FlightState.STOP, seen)
+
+
+def _start(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
+    if flying.state != FlightState.ARM_OFF:
+        said.append(f"start is refused in {flying.state.name}: it would reset the controller of this flight")
+    elif flying.low_battery:
+        said.append("start is refused: low battery")
+    elif seen.position is None or seen.refused:
+        reasons = seen.refused or ("the robot's position is not known",)
+        said.extend(f"start is refused: {why}" for why in reasons)
+    else:
+        begun = replace(flying, origin=np.array(seen.position), force_landing=False)
+        return _enter(begun, FlightState.START, seen)
+    return flying
+
+
+def _take_off(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
+    if flying.state == FlightState.TAKEOFF:
+        return flying
+    why = "the robot flies already" if flying.in_air else "start comes first"
+    if flying.state != FlightState.ARM_ON:
+        said.append(f"takeoff is refused in {flying.state.name}: {why}")
+    elif seen.position is None or flying.origin is None:
+        said.append("takeoff is refused: the robot's position is not known")
+    else:
+        way = seen.position - flying.origin
+        moved = max(float(np.hypot(way[0], way[1])), abs(float(way[2]))) > limits.takeoff_drift
+        drift = (f"the robot was moved by more than {limits.takeoff_drift:g} m since start",)
+        reasons = seen.refused + drift * moved
+        said.extend(f"takeoff stops: {why}" for why in reasons)
+        return _enter(flying, FlightState.STOP if reasons else FlightState.TAKEOFF, seen)
+    return flying
+
+
+def _in_start(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
+    if flying.low_battery:
+        said.append("start is broken off: low battery")
+        return _enter(flying, FlightState.ARM_OFF, seen)
+    if seen.acknowledged == Arming.ON:
+        return _enter(flying, FlightState.ARM_ON, seen)
+    if seen.now - flying.since > limits.acknowledged:
+        said.append(f"start is broken off: arming was not acknowledged within {limits.acknowledged:g} s")
+        return _enter(flying, FlightState.STOP, seen)
+    return flying
+
+
+def _in_takeoff(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
+    if seen.position is None or seen.target is None:
+        return replace(flying, settled=seen.now)
+    away = np.abs(seen.target - seen.position)
+    if away[:2].max() > limits.settled_xy or away[2] > limits.settled_z:
+        return replace(flying, settled=seen.now)
+    if seen.now - flying.settled > limits.settled_time:
+        return _enter(flying, FlightState.HOVER, seen)
+    return flying
+
+
+def _in_land(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
+    height = None if seen.position is None else float(seen.position[2])
+    if height is not None and seen.target is None:  # it does not sink yet
+        return replace(flying, looked=seen.now, height=height)
+    if seen.now - flying.looked <= limits.landed_time:
+        return flying
+    if height is None or seen.target is None:
+        return _in_blind_land(flying, seen, limits, said)
+    leads = height - float(seen.target[2]) > limits.landed_lead
+    still = abs(height - flying.height) < limits.landed_way and seen.sinking < limits.landed_speed
+    if leads and still:
+        return _enter(flying, FlightState.STOP, seen)
+    return replace(flying, looked=seen.now, height=height)
+
+
+def _in_blind_land(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
+    """Down by what the accelerometer feels, else by the time that a fall with nearly the weight takes."""
+    fall = math.sqrt(2.0 * max(flying.above, 0.0) / limits.blind_fall)
+    blind = seen.now - flying.blind
+    stands = blind > 0.5 * fall and seen.rest > limits.landed_time
+    if stands or blind > 1.5 * fall + limits.blind_margin:
+        what = "the accelerometer feels the ground" if stands else f"it must be down after {blind:.1f} s"
+        said.append(f"blind landing ends: {what}")
+        return _enter(flying, FlightState.STOP, seen)
+    return replace(flying, looked=seen.now, height=math.inf)
+
+
+def _in_stop(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
+    if seen.acknowledged == Arming.OFF:
+        return replace(_enter(flying, FlightState.ARM_OFF, seen), force_landing=False)
+    return flying
+
+
+_ORDERS = {
+    Order.HALT: _halt,
+    Order.FORCE_LANDING: _force_landing,
+    Order.LAND: _land,
+    Order.START: _start,
+    Order.TAKEOFF: _take_off,
+}
+
+_STEPS = {
+    FlightState.START: _in_start,
+    FlightState.TAKEOFF: _in_takeoff,
+    FlightState.LAND: _in_land,
+    FlightState.STOP: _in_stop,
+}
