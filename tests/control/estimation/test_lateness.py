@@ -30,8 +30,7 @@ def found(late: float, size: float, outside: float = 0.0, seconds: float = 5.0) 
     return believed
 
 
-@pytest.mark.parametrize("late", BANK)
-@pytest.mark.parametrize("outside", [0.0, 0.3])
+@pytest.mark.parametrize(("late", "outside"), [*((late, 0.3) for late in BANK), (BANK[2], 0.0)])
 def test_a_latency_is_found_from_small_motions(late: float, outside: float) -> None:
     believed = found(late, 0.2, outside)[-200:]
     if late < MOST:
