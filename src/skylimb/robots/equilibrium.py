@@ -41,6 +41,9 @@ _LYING = 1.5
 _LEANS = (0.0, 0.3, -0.3)
 """Leans into the push with which the search begins, rad; with tilted rotors it may rest leaned away."""
 
+_MOVES = (1.0, 2.0, 3.0)
+"""Moves of the vectoring angles that are tried before larger ones, rad."""
+
 _STARTS = 12
 """Sets of vectoring angles with which the search begins where they may move."""
 
@@ -107,12 +110,15 @@ def greatest_push(
     those of `can_hold`; `direction` is a unit vector in the same frame.
     """
     most = min(most, 1e2 * robot.weight)
-    question = _Question(robot, joint_angles, vectoring_angles, np.asarray(direction, dtype=float), within)
+    along = np.asarray(direction, dtype=float)
     tried: list[Held | NotHeld] = []
-    for found, _ in question.rests(0.0, most):
-        if found and found.force >= (1.0 - _EXACT) * most:
-            return replace(found, push=most * question.direction)
-        tried.append(found)
+    # What is held with smaller moves is held with larger ones: a search that ends beside it reads no less.
+    for moves in (*(one for one in _MOVES if one < within.moves), within.moves):
+        question = _Question(robot, joint_angles, vectoring_angles, along, replace(within, moves=moves))
+        for found, _ in question.rests(0.0, most):
+            if found and found.force >= (1.0 - _EXACT) * most:
+                return replace(found, push=most * question.direction)
+            tried.append(found)
     # The hardest push; where there is none, what missed by least.
     return max(tried, key=lambda one: (1.0, one.force) if one else (0.0, -one.excess))
 

@@ -116,6 +116,25 @@ def test_joints_that_slide_or_mimic_are_held_and_said(tmp_path: Path) -> None:
     assert "mimics another; it is locked" in said["joint 'finger'"]
 
 
+@pytest.mark.parametrize(("lower", "expected"), [(0.0, 0.1), (0.2, 0.5)])
+def test_who_mimics_a_joint_that_cannot_be_at_zero_is_held_where_that_puts_it(
+    tmp_path: Path, lower: float, expected: float
+) -> None:
+    slide = MOVING.format(
+        name="slide", kind="prismatic", parent="main", child="rail", xyz="0 0 0.1", axis="0 0 1",
+        limit=f'lower="{lower}" upper="1" effort="1" velocity="1"',
+    )  # fmt: skip
+    free = slide.replace("slide", "finger").replace("rail", "pad").replace(f'lower="{lower}"', 'lower="-1"')
+    mimic = free.replace("</joint>", '<mimic joint="slide" multiplier="2" offset="0.1"/></joint>')
+    # The one that mimics stands first: its master is not held yet.
+    (tmp_path / "quad.urdf").write_text(
+        lab_urdf(extra=link("rail", 0.02) + link("pad", 0.02) + mimic + slide)
+    )
+    joints = check_robot_file(tmp_path / "quad.urdf").description
+    assert joints.joint("finger").xyz[2] == pytest.approx(0.1 + expected)
+    assert joints.joint("slide").xyz[2] == pytest.approx(0.1 + lower)
+
+
 ARM = (
     ("shoulder", "base", "upper", "0.1 0 -0.05", "0 1.5708 0"),
     ("elbow", "upper", "fore", "0.25 0 0", "0 0 0"),

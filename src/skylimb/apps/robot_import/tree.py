@@ -142,14 +142,22 @@ class UrdfTree:
 
     # What an import changes
 
-    def hold(self, joint: Element) -> float:
-        """Make a joint fixed, at its mimic's offset or else at zero, within its limits: that angle or way."""
+    def rest(self, joint: Element, above: tuple[str, ...] = ()) -> float:
+        """Where a joint rests, rad or m, within its limits: at zero, or where one that it mimics puts it."""
+        limit, mimic, name = joint.find("limit"), joint.find("mimic"), joint.get("name", "")
+        at = number(mimic, "offset", 0.0)
+        master = None if mimic is None else mimic.get("joint")
+        for other in self.joints():
+            if other.get("name") == master and master not in (name, *above):
+                at += number(mimic, "multiplier", 1.0) * self.rest(other, (*above, name))
+        if joint.get("type") in ("revolute", "prismatic"):
+            at = min(max(at, number(limit, "lower", at)), number(limit, "upper", at))
+        return at
+
+    def hold(self, joint: Element, at: float) -> None:
+        """Make a joint fixed at an angle or way."""
         kind, axis = joint.get("type"), self.axis(joint)
-        size, at = float(np.linalg.norm(axis)), number(joint.find("mimic"), "offset", 0.0)
-        if kind in ("revolute", "prismatic"):
-            at = min(
-                max(at, number(joint.find("limit"), "lower", at)), number(joint.find("limit"), "upper", at)
-            )
+        size = float(np.linalg.norm(axis))
         if at != 0.0 and kind in ("revolute", "continuous", "prismatic") and size > 0.0:
             xyz, R = self.place(joint)
             if kind == "prismatic":
@@ -157,7 +165,6 @@ class UrdfTree:
             else:
                 self._set_place(joint, xyz, R @ rotation_from_vector(at / size * axis))
         self.fix(joint)
-        return at
 
     def fix(self, joint: Element) -> None:
         """Make a joint fixed, at its zero."""
