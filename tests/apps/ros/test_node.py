@@ -16,6 +16,7 @@ from skylimb.analysis.exchange.convert import read_log
 from skylimb.analysis.exchange.frames import lab_link
 from skylimb.analysis.exchange.lab_topics import CLOCK, DIAGNOSTICS, RECORD, ROW, STATE
 from skylimb.analysis.exchange.recorder import FlightRecorder
+from skylimb.apps.ros.answers import END
 from skylimb.apps.ros.both import Both
 from skylimb.apps.ros.flyer import Flyer
 from skylimb.apps.ros.messages import Arrived, Outgoing
@@ -114,6 +115,16 @@ def test_a_busy_computer_is_slow_and_flies_the_same_flight() -> None:
         np.testing.assert_allclose(np.diff(clock), 0.005, atol=1e-6)
     assert max(flying.timing.late) > 0.5
     np.testing.assert_array_equal(*flown)
+
+
+def test_a_life_cycle_that_ends_lands_first() -> None:
+    todo = {2: ["teleop_command/start"], 20: ["teleop_command/takeoff"], 1300: [END]}
+    carrier = Carrier(todo, 6000)
+    flying, both, said = node(carrier)
+    flying.spin()
+    assert said[-2:] == ["HOVER -> LAND", "LAND -> STOP"]
+    assert carrier.k < 6000
+    assert both.plant.stands
 
 
 def test_it_ends_when_the_middleware_is_gone_and_says_each_fault_once() -> None:
