@@ -18,10 +18,14 @@ settings.register_profile("skylimb", deadline=None, derandomize=True)
 settings.load_profile("skylimb")
 
 LONGEST = (
-    "test_estimate.py", "test_doors.py", "test_restart.py", "test_pilot.py", "test_verify_contact.py",
-    "test_live_record.py", "test_fly_robot.py", "test_hostile_values.py", "test_export_c.py", "test_cli.py",
-    "test_campaign_folder.py", "test_spinal.py", "test_convert.py", "test_repeating.py", "test_figures.py",
-    "test_page_browser.py", "test_house.py", "test_equilibrium.py",
+    "test_page_browser.py", "test_verify_contact.py", "test_hostile_values.py", "test_restart.py",
+    "test_doors.py", "test_examples.py", "test_pilot.py", "test_hostile_files.py", "test_cli.py",
+    "test_campaign_engines.py", "test_house.py", "test_live_record.py", "test_figures.py",
+    "test_native_driver.py", "test_convert.py", "test_fly_robot.py", "test_campaign_folder.py",
+    "test_reproduction.py", "test_written_folders.py", "test_task_frame.py", "test_descents.py",
+    "test_export_c.py", "test_spinal.py", "test_repeating.py", "test_store.py", "test_equilibrium.py",
+    "test_estimate.py", "test_user_surface.py", "test_imports.py", "test_keeping.py",
+    "test_host_program.py", "test_one_state.py",
 )  # fmt: skip
 """Files that begin first, so that no worker is left alone with one of them at the end."""
 
