@@ -47,6 +47,7 @@ class Wire:
         self.up, self.down = deque[Outgoing](), deque[Outgoing]()
         self.k, self.silent, self.said = 0, False, list[str]()
         self.names, self.where = Counter[str](), list[np.ndarray]()
+        self.asked = list[Arrived]()
         pacer.start()
 
     def tick(self, *orders: str) -> None:
@@ -61,6 +62,8 @@ class Wire:
         self.up = deque(kept for one in self.up if (kept := self.spoil(one)) is not None)
         up = [] if self.silent else heard(self.up, "/spinal")
         came = [*up, *(Arrived(order, None, "/client", now) for order in orders)]
+        came += [one._replace(at=now) for one in self.asked]
+        self.asked.clear()
         told = [one for one in self.pilot.tick(came, now) if one.topic in topics.ACTUATORS]
         self.down += [kept for one in told if (kept := self.spoil_down(one)) is not None]
         self.names.update(one.topic.name for one in self.down)
@@ -70,6 +73,10 @@ class Wire:
         self.k += 1
         assert self.pilot.last is not None
         self.said += self.pilot.last.said
+
+    def ask(self, request: Arrived) -> None:
+        """A user's request, for the next tick."""
+        self.asked.append(request)
 
     @property
     def armed(self) -> bool:
