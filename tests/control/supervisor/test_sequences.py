@@ -40,6 +40,7 @@ LASTING: dict[str, tuple[dict[str, Any], int, float]] = {
     "no pose": ({"pose": 0.0}, CUT, LIMITS.cut_after + LIMITS.imu_for),
     "no joint angles": ({"joints": 0.0}, RETREAT, LIMITS.retreat_after),
     "no command": ({}, RETREAT, LIMITS.overruns * DT),
+    "a command of no numbers": ({}, RETREAT, LIMITS.overruns * DT),
     "a silent imu": ({}, DESCEND, LIMITS.deaf_after),
     "a landing": ({"land": 1.0}, RETREAT, 0.0),
     "a stop": ({"stop": 1.0}, CUT, 0.0),
@@ -175,7 +176,8 @@ class Flight(RuleBasedStateMachine):
             for _ in range(round(within / DT) + 2):
                 if self.fault != "a silent imu":
                     self.hears()
-                wanted = None if self.fault == "no command" else self.wanted()
+                odd = {"no command": None, "a command of no numbers": self.wanted(np.nan)}
+                wanted = odd.get(self.fault, self.wanted())
                 self.tick(self.measured(), wanted, Told()._replace(**told))
                 self.commands_within_limits()
             assert self.mode >= mode
