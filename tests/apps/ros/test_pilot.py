@@ -176,6 +176,8 @@ def test_the_yaw_error_is_that_of_the_labs_link() -> None:
     assert off[-1] < 0.05
     yaw = robot.ticks[-1].body.yaw  # type: ignore[union-attr]
     assert seen[-1]["yaw.err_p"] == pytest.approx(wrapped(turned - yaw), abs=1e-6)
+    wanted = np.mean([[one[f"{axis}.total"][0] for axis in "xyz"] for one in seen[-300:]], axis=0)
+    np.testing.assert_allclose(wanted, [0.0, 0.0, robot.robot.description.gravity], atol=0.3)
     # Roll and pitch: what the attitude law aims at, in the axes of the lab's link.
     aimed = np.array([[one["roll.target_p"], one["pitch.target_p"]] for one in seen])
     said = np.array([one.signals["attitude_target"][:2] for one in robot.ticks[-600:]])

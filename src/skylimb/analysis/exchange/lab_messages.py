@@ -39,11 +39,15 @@ class Names:
     Args:
         robot: whose. Our `gimbal_jointN` is the lab's `gimbalN`, with the same zero and axis.
         namespace: of the lab's topics, and of its frames.
+
+    Attributes:
+        mass: of the whole robot, kg.
     """
 
     def __init__(self, robot: Robot, namespace: str = "hydrus_xi") -> None:
         description, self._namespace = robot.description, namespace.strip("/")
         self.joints = description.shape_joints
+        self.mass = sum(link.inertial.mass for link in description.links)
         self.gimbals = tuple(name.replace("gimbal_joint", "gimbal") for name in description.vectoring_joints)
 
     def frame(self, name: str) -> str:
@@ -180,7 +184,10 @@ def transforms(tick: TickView, body: Body) -> Fields:
 
 @_of_body
 def pose_errors(tick: TickView, body: Body) -> Fields | None:
-    """Targets and errors of position and attitude; the yaw is that of the lab's link."""
+    """Targets and errors of position and attitude, and the wanted acceleration, gravity's share with it.
+
+    The yaw is that of the lab's link. Terms stay empty: what a law adds up is its own.
+    """
     if tick.target is None:
         return None
     place, speed, yaw = tick.target
@@ -191,6 +198,8 @@ def pose_errors(tick: TickView, body: Body) -> Fields | None:
             float(speed[i]),
             float(speed[i] - body.velocity[i]),
         )
+        if "force_command" in tick.signals:
+            found[f"{axis}.total"] = (float(tick.signals["force_command"][i]) / tick.names.mass,)
     # Roll and pitch are those of the lab's axes: level like C, with the yaw of its link.
     turn, wanted = np.asarray(rot_z(body.yaw_in_C)), tick.signals.get("attitude_target", np.zeros(3))
     aimed = floats(rpy_from_rotation(np.asarray(rotation_from_rpy(*floats(wanted))) @ turn))
