@@ -89,6 +89,71 @@ def import_robot(
     return 0 if report.can_hover else 1
 
 
+def new_robot(
+    file: _File,
+    *,
+    out: Annotated[str, arg("New folder for the robot.", "DIR")] = "",
+    mass: Annotated[str, arg("What it weighs, kg.", "KG")] = "",
+    arm: Annotated[str, arg("Joints that bend it, or 'none'.", "NAMES")] = "",
+    tip: Annotated[str, arg("What touches: a link, and x y z there, m.", "'LINK X Y Z'")] = "",
+    thrust: Annotated[str, arg("Greatest thrust of the strongest rotor, N.", "N")] = "",
+    yes: Annotated[bool, arg("Take every proposal that is not said otherwise.")] = False,
+    packages: _Packages = None,
+    args: _Args = (),
+) -> int:
+    """Make a robot from a URDF and some questions: its mass, arm, tip and rotors, each with a proposal.
+
+    A picture of what is recognised is drawn beside the new folder first. The folder is that of
+    `robot import`; its mapping.toml has the answers. Exit codes are those of `robot check`.
+
+    Examples:
+        skylimb robot new my_robot.urdf --out robots/mine
+        skylimb robot new my_robot.urdf --out robots/mine --tip 'tool0 0 0 0.1' --yes
+    """
+    import sys
+    import tempfile
+
+    import skylimb
+    from skylimb.apps.robot_import.interview import interview
+    from skylimb.apps.robot_import.picture import draw_robot
+    from skylimb.apps.robot_import.report import report_text
+    from skylimb.base.files import new_file, require_new
+
+    if not out:
+        raise ConfigError("--out is missing; it names the robot's new folder")
+    picture = Path(out).with_name(f"{Path(out).name}.png")
+    require_new(out)
+    require_new(picture)
+
+    def ask(words: str, proposed: str) -> str:
+        if yes:
+            return ""
+        if not sys.stdin.isatty():
+            raise ConfigError(f"nobody is there to answer '{words}'; --yes takes the proposal, {proposed}")
+        return input(f"{words} [{proposed}] ").strip()
+
+    said, drawn = "", False
+    answers = {"mass": mass, "arm": arm, "tip": tip, "thrust": thrust}
+    for report, text in interview(file, answers, ask, packages, _arguments(args)):
+        said = text
+        if not drawn:
+            with new_file(picture) as path:
+                draw_robot(report, path)
+            print(f"What is recognised is drawn in {picture}. Enter takes the proposal in brackets.")
+            drawn = True
+    with tempfile.TemporaryDirectory() as folder:
+        mapping = Path(folder) / "mapping.toml"
+        mapping.write_text(said, encoding="utf-8")
+        report = skylimb.import_robot(file, out, packages, mapping, args=_arguments(args))
+    print(report_text(report))
+    print(f"\nWritten to {Path(out)}; a first touch: {_first_touch(out)}")
+    return 0 if report.can_hover else 1
+
+
+def _first_touch(out: str) -> str:
+    return f"skylimb run board_tilted_hexarotor --controller following --set robot={out}"
+
+
 def _arguments(words: tuple[str, ...]) -> dict[str, str]:
     """The arguments of a xacro by name."""
     for word in words:

@@ -17,7 +17,7 @@ from skylimb.apps.cli.looking import list_all, report, score, show, verify_conta
 from skylimb.apps.cli.planning import plan
 from skylimb.apps.cli.realtime import fly
 from skylimb.apps.cli.replaying import replay
-from skylimb.apps.cli.robots import check_robot, import_robot
+from skylimb.apps.cli.robots import check_robot, import_robot, new_robot
 from skylimb.apps.cli.ros import ros, ros2
 from skylimb.apps.cli.runs import runs
 from skylimb.apps.cli.studio import studio
@@ -63,6 +63,7 @@ VERBS: dict[str, Verb] = {
     "examples": examples,
     "robot check": check_robot,
     "robot import": import_robot,
+    "robot new": new_robot,
     "plan": plan,
     "robot wrench": robot_wrench,
     "campaign": campaign,

@@ -1,0 +1,122 @@
+"""What is asked of a new robot before it is written: what a URDF seldom says, each with a proposal."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from skylimb.apps.robot_import.checking import RobotReport, check_robot_file, flight_tables
+from skylimb.base.errors import ConfigError
+
+_SAME_MASS = 0.02
+"""Share of the mass that a scale may say otherwise."""
+_NONE = "none"
+
+Ask = Callable[[str, str], str]
+"""Words and the proposal -> the answer, empty for the proposal."""
+
+Question = Callable[[RobotReport], tuple[str, str, Callable[[str], dict[str, Any]]]]
+"""What was found so far -> words, proposal, and what an answer adds to the mapping file."""
+
+
+def _mass(report: RobotReport) -> tuple[str, str, Callable[[str], dict[str, Any]]]:
+    def take(answer: str) -> dict[str, Any]:
+        said = _number("mass", answer)
+        if abs(said - report.mass) > _SAME_MASS * report.mass:
+            heaviest = max(report.description.links, key=lambda link: link.inertial.mass)
+            raise ConfigError(
+                f"mass = {said:g} kg, but the links of the file weigh {report.mass:.4g} kg together; correct "
+                f"their <mass> first (the heaviest is '{heaviest.name}' with {heaviest.inertial.mass:g} kg)"
+            )
+        return {}
+
+    return "What does it weigh, with its battery, kg?", f"{report.mass:.4g}", take
+
+
+def _arm(report: RobotReport) -> tuple[str, str, Callable[[str], dict[str, Any]]]:
+    shape = report.description.shape_joints
+
+    def take(answer: str) -> dict[str, Any]:
+        named = [] if answer == _NONE else answer.replace(",", " ").split()
+        locked = [name for name in shape if name not in named]
+        roles = [("shape", name) for name in named] + [("locked", name) for name in locked]
+        return {"joints": [{"name": name, "role": role} for role, name in roles]} if roles else {}
+
+    return f"Which joints bend it? Names, or '{_NONE}'.", " ".join(shape) or _NONE, take
+
+
+def _tip(report: RobotReport) -> tuple[str, str, Callable[[str], dict[str, Any]]]:
+    tip = report.description.tip
+    place = " ".join(f"{float(part):g}" for part in tip.position)
+
+    def take(answer: str) -> dict[str, Any]:
+        link, *numbers = answer.replace(",", " ").split() or [""]
+        if len(numbers) not in (0, 3):
+            raise ConfigError(f"tip = '{answer}' must be a link, or a link and x y z in m")
+        position = [_number("tip", number) for number in numbers] or [0.0, 0.0, 0.0]
+        return {"tip": {"link": link, "position": position, "radius": tip.radius, "heading": tip.heading}}
+
+    return "Which point touches? Its link, and x y z there, m.", f"{tip.link} {place}", take
+
+
+def _thrust(report: RobotReport) -> tuple[str, str, Callable[[str], dict[str, Any]]]:
+    assert report.flight is not None  # a robot of another form is refused before
+    rotors = flight_tables(report.flight)["rotors"]
+    most = max(rotor["thrust_max"] for rotor in rotors)
+
+    def take(answer: str) -> dict[str, Any]:
+        share = 1.0 if answer == f"{most:g}" else _number("thrust", answer) / most
+        return {"rotors": [{**rotor, "thrust_max": share * rotor["thrust_max"]} for rotor in rotors]}
+
+    return "How much does its strongest rotor push at most, N?", f"{most:g}", take
+
+
+QUESTIONS: Mapping[str, Question] = {"mass": _mass, "arm": _arm, "tip": _tip, "thrust": _thrust}
+
+
+def interview(
+    path: str | Path,
+    answers: Mapping[str, str],
+    ask: Ask,
+    packages: str | Path | None = None,
+    args: Mapping[str, str] | None = None,
+) -> Iterator[tuple[RobotReport, str]]:
+    """What is known before each question and after the last, and the mapping file so far.
+
+    Args:
+        path: as of `check_robot_file`.
+        answers: what is said already, by question; an empty one is asked.
+        ask: called for the others.
+        packages: as of `check_robot_file`.
+        args: as of `check_robot_file`.
+
+    Raises:
+        SkylimbError: an answer that cannot be, or a file that cannot be read.
+    """
+    tables: dict[str, Any] = {}
+    with tempfile.TemporaryDirectory() as folder:
+        for question in (*QUESTIONS.items(), None):
+            said = Path(folder) / "mapping.toml"
+            said.write_text(tomli_w.dumps(tables), encoding="utf-8")
+            report = check_robot_file(path, packages, said, args=args)
+            if report.flight is None:
+                raise ConfigError(f"'{path}' is a robot of skylimb's form already; copy its folder")
+            yield report, tomli_w.dumps(tables)
+            if question is not None:
+                words, proposed, take = question[1](report)
+                given = answers.get(question[0], "") or ask(words, proposed) or proposed
+                tables.update(take(given))
+
+
+def _number(name: str, text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not -1e4 < value < 1e4:
+        raise ConfigError(f"{name} = '{text}' must be a number")
+    return value
