@@ -68,6 +68,17 @@ def overlapping(boxes: list[list[float]]) -> list[tuple[list[float], list[float]
     ]
 
 
+def beyond(page: sync_api.Page) -> list[str]:
+    """What does not fit a page's width: what stands out of it, and what must be scrolled sideways."""
+    return page.evaluate(
+        "() => [...document.querySelectorAll('body *')]"
+        ".filter((one) => one.checkVisibility() && one.clientWidth)"
+        ".filter((one) => one.getBoundingClientRect().right > innerWidth + 1"
+        " || getComputedStyle(one).overflowX !== 'visible' && one.scrollWidth > one.clientWidth + 1)"
+        ".map((one) => one.outerHTML.slice(0, 120))"
+    )
+
+
 _ARGUMENTS = [
     "--no-sandbox",
     "--use-angle=swiftshader",
