@@ -1,6 +1,7 @@
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,10 +10,11 @@ from scipy.stats import kstest, norm, truncnorm
 from skylimb.analysis.scores.registry import NUMERIC_KEYS, SCORES
 from skylimb.base.config import write_toml
 from skylimb.base.errors import ConfigError, SkylimbError
+from skylimb.robots.loader import load_robot
 from skylimb.studies.campaign.distributions import Distribution
 from skylimb.studies.campaign.draws import draw
 from skylimb.studies.campaign.frozen import campaign_from_mapping, differences, freeze
-from skylimb.studies.campaign.reading import load_spec
+from skylimb.studies.campaign.reading import load_spec, spec_from_mapping
 from skylimb.studies.campaign.spec import CampaignSpec
 
 SpecWriter = Callable[..., Path]
@@ -270,3 +272,24 @@ def test_a_users_metric_is_known_by_name(tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text("x = 1\n", encoding="utf-8")
     with pytest.raises(ConfigError, match="has no metric and no figure"):
         load_spec(tmp_path / "spec.toml")
+
+
+@pytest.mark.parametrize(
+    ("robot", "key", "value", "others"),
+    [
+        ("hydrus_xi_quad", "estimation.smoothing.imu", True, {"position": 10.0}),
+        ("tilted_hexarotor", "estimation.smoothing.position", 20.0, {"position": 20.0, "on": False}),
+        ("tilted_hexarotor", "estimation.smoothing.on", True, {"on": True}),
+    ],
+)
+def test_a_drawn_gain_counts_like_one_that_is_set(
+    robot: str, key: str, value: Any, others: dict[str, Any]
+) -> None:
+    """With the gains that a preset has for an IMU, and before those that it has for a robot."""
+    drawn = {f"controller.{key}": {"choice": [value]}}
+    spec = {"experiment": "paper", "controllers": ["drawing"], "draws": 1, "set": {"sensors.imu.on": True}}
+    campaign = freeze(spec_from_mapping({**spec, "vary": drawn}, "here"))
+    gains = campaign.gains_of(campaign.draw(0), "drawing")
+    made: Any = campaign.load("drawing", load_robot(robot), gains)
+    smoothing = made.tables()["estimation"]["smoothing"]
+    assert {name: smoothing[name] for name in others} == others

@@ -115,9 +115,7 @@ class Campaign:
         path = Path(entry["path"])
         if "preset" not in entry:
             return load_controller(str(path), robot, gains)
-        if "file" in entry["preset"]:
-            return controller_from_tables(entry["preset"], path, robot, gains)
-        return controller_from_tables(changed(entry["preset"], gains or {}), path, robot)
+        return controller_from_tables(entry["preset"], path, robot, gains)
 
     def units(self) -> dict[str, str]:
         """Unit of everything that is drawn and has one, by its key."""

@@ -12,7 +12,7 @@ _HEAD = """# Faults
 
 What each fault does to a flight in contact, without the supervisor and with it. Every controller flies each
 fault up to {draws} times: on the board leaning to either side, with another onset and noise in each draw.
-`skylimb faults --draws {draws}` leaves such a page and docs/faults.json.{mixed} Numbers are median / what
+`skylimb faults --draws {draws}` leaves such a page and docs/faults.json.{mixed}. Numbers are median / what
 99 % keep, in brackets what both are held to; a dash is a number that lost flights do not
 have. "ok" means: all is kept.
 
@@ -23,10 +23,8 @@ there is a bound on the tip, what the same draw moves by itself, flown without t
 fault that unprotected flights of every controller survive within its bounds is no test, and is marked so.
 """
 
-_MIXED = """ **Rows here have different numbers of draws: they were flown
-one after another, while the code went on, and not all with what it is today.**"""
-
-_ONE = " All rows were flown by\none state of the code."
+_ONE = " All rows were flown by\none state of the code"
+_MIXED = f"{_ONE}, not all with as many draws"
 
 
 @dataclass(frozen=True)
