@@ -86,7 +86,12 @@ def _shot(chromium: sync_api.Browser, url: str, size: tuple[int, int], scheme: s
     page = context.new_page()
     page.goto(url)
     page.wait_for_selector("body[data-ready]", timeout=PATIENCE)
-    page.get_by_role("button", name="Take over").click()
+    page.set_default_timeout(PATIENCE)
+    # The seat of a page that has gone is given to the next one after some seconds.
+    _until(page, "skylimbStudio.shell.seats.drives || document.getElementById('take-over').checkVisibility()")
+    if (take := page.get_by_role("button", name="Take over")).is_visible():
+        take.click(force=True)
+    _until(page, "skylimbStudio.shell.seats.drives")
     page.get_by_role("button", name="Got it").click()
     page.wait_for_timeout(3000)  # drawn finely, once nothing moves
     shot = Image.open(io.BytesIO(page.screenshot(type="png", animations="disabled"))).convert("RGB")
