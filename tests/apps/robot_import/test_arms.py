@@ -81,10 +81,16 @@ def test_where_a_tools_axes_point_changes_nothing(tmp_path: Path) -> None:
     ("given", "force"),
     [
         ({"joints": TWO, "tool": DOWN}, 0.7),  # its yaw holds no more
+        ({"joints": TWO[:1], "stick": 0.2}, 0.7),
         ({"joints": SIX, "rotors": 6, "place": 0.32, "mass": 2.2}, 1.0),
         ({"joints": (), "rotors": 6, "cant": 0.3, "place": 0.32, "stick": 0.4}, 1.0),
     ],
-    ids=["quadrotor with two joints", "hexarotor with six joints", "tilted hexarotor with a stick"],
+    ids=[
+        "quadrotor with two joints",
+        "quadrotor with one joint",
+        "hexarotor with six joints",
+        "tilted hexarotor with a stick",
+    ],
 )
 def test_it_draws_a_circle_within_8_mm(tmp_path: Path, given: dict, force: float) -> None:
     path = multirotor_with_arm(tmp_path / "made.urdf", **given)

@@ -79,7 +79,9 @@ def log_variable(name: str, array: np.ndarray, own: Signal, flags: Sequence[str]
     if flags:
         names = [word.replace(" ", "_") for word in flags]
         attrs |= {"flag_values": np.arange(len(names), dtype=np.int8), "flag_meanings": " ".join(names)}
-    return xarray.Variable(("time", *info.dims), array, attrs)
+    # What has an entry for each joint is a plain number in a trace where there is one.
+    entries = array if array.ndim > len(info.dims) else array.reshape(len(array), *(1 for _ in info.dims))
+    return xarray.Variable(("time", *info.dims), entries, attrs)
 
 
 def _plain_dims(array: np.ndarray, name: str) -> tuple[str, ...]:
