@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import re
 import sys
 import time
 from collections.abc import Mapping, Sequence
@@ -32,6 +31,7 @@ from skylimb.studies.calibration.result import SIGMAS
 
 sys.path.insert(0, str(Path(__file__).parent))
 from following import draws  # the same draws, beside this file
+from kept import fill
 
 DOCS = Path(__file__).parents[1] / "docs"
 PLANT = ("plant.", "sensors.")
@@ -165,18 +165,7 @@ def write_tables(rows: Sequence[Mapping[str, Any]]) -> None:
     ]
     if any("with" in row for row in rows):
         lines += ["", *following(rows)]
-    page = DOCS / "reports" / "calibration.md"
-    begin, end = "<!-- begin: table -->", "<!-- end: table -->"
-    text = "\n".join(lines)
-    page.write_text(
-        re.sub(
-            f"{begin}.*?{end}",
-            lambda _: f"{begin}\n\n{text}\n\n{end}",
-            page.read_text(encoding="utf-8"),
-            flags=re.DOTALL,
-        ),
-        encoding="utf-8",
-    )
+    fill(DOCS / "reports" / "calibration.md", "table", "\n".join(lines))
 
 
 if __name__ == "__main__":

@@ -12,13 +12,13 @@ from __future__ import annotations
 
 import argparse
 import json
-import re
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from following import CHUNK, EXPERIMENTS, draws, ensemble, kept_numbers  # beside this file
+from kept import fill
 from matplotlib.figure import Figure
 
 from skylimb.analysis.figures.style import styled
@@ -176,24 +176,14 @@ def main() -> None:
         keep(numbers)
         print(name, flush=True)
     draw(numbers)
-    fill("calm", table(numbers))
-    fill("steadier", beside(numbers))
+    fill(PAGE, "calm", table(numbers))
+    fill(PAGE, "steadier", beside(numbers))
 
 
 def keep(numbers: dict[str, list[dict[str, Any]]]) -> None:
     """A line a setting."""
     lines = (f"{json.dumps(key)}: {json.dumps(rows)}" for key, rows in numbers.items())
     NUMBERS.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
-
-
-def fill(name: str, text: str) -> None:
-    """Put a table between the page's markers of that name."""
-    begin, end = f"<!-- begin: {name} -->", f"<!-- end: {name} -->"
-    old = PAGE.read_text(encoding="utf-8")
-    pattern = f"{re.escape(begin)}.*?{re.escape(end)}"
-    new = re.sub(pattern, lambda _: f"{begin}\n\n{text}\n\n{end}", old, flags=re.DOTALL)
-    PAGE.write_text(new, encoding="utf-8")
-    print(text)
 
 
 def short(row: dict[str, Any], names: dict[str, Any]) -> dict[str, Any]:

@@ -19,7 +19,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import re
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
@@ -27,6 +26,7 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+from kept import fill  # beside this file
 
 from skylimb.analysis.recording.run import Run
 from skylimb.analysis.scores.registry import measured
@@ -38,6 +38,7 @@ from skylimb.flight.takeoff import Takeoff, prepare
 from skylimb.robots.loader import load_robot
 
 DOCS = Path(__file__).parents[1] / "docs"
+PAGE = DOCS / "reports" / "following_results.md"
 SEED, CHUNK = 7, 16
 Changes = Mapping[str, Any]
 NONE: Changes = MappingProxyType({})
@@ -261,8 +262,9 @@ def write_tables(numbers: Mapping[str, Any], few: int) -> None:
     parts = [name for name, _ in PARTS]
     flown = [name for name, scores in numbers.items() if isinstance(scores, list)]
     rows = [row(name, numbers[name]) for name in flown if name not in parts and name != GONE]
-    fill("table", f"{table(rows)}\n\n{caught(numbers[GONE])}")
+    fill(PAGE, "table", f"{table(rows)}\n\n{caught(numbers[GONE])}")
     fill(
+        PAGE,
         "parts",
         f"On the paper's board, {few} draws.\n\n{table([row(name, numbers[name]) for name in parts])}",
     )
@@ -319,17 +321,6 @@ def compact(numbers: Mapping[str, Any]) -> str:
             value = {name: [short(score.get(name)) for score in kept] for name in plain if name != "missed"}
         lines.append(f"{json.dumps(key)}: {json.dumps(value)}")
     return "{\n" + ",\n".join(lines) + "\n}\n"
-
-
-def fill(name: str, text: str) -> None:
-    """Put a text between the page's markers."""
-    page = DOCS / "reports" / "following_results.md"
-    begin, end = f"<!-- begin: {name} -->", f"<!-- end: {name} -->"
-    old = page.read_text(encoding="utf-8")
-    pattern = re.escape(begin) + ".*?" + re.escape(end)
-    page.write_text(
-        re.sub(pattern, lambda _: f"{begin}\n\n{text}\n\n{end}", old, flags=re.DOTALL), encoding="utf-8"
-    )
 
 
 if __name__ == "__main__":

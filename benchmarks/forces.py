@@ -13,7 +13,6 @@ from __future__ import annotations
 import argparse
 import itertools
 import json
-import re
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -21,7 +20,7 @@ from typing import Any
 
 import numpy as np
 from following import scored  # beside this file
-from kept import keep
+from kept import fill, keep
 
 from skylimb.control.controller import load_controller
 from skylimb.control.needs import needs_of
@@ -109,15 +108,6 @@ def table(rows: Sequence[Mapping[str, Any]]) -> str:
     return "\n".join(lines)
 
 
-def write_table(rows: Sequence[Mapping[str, Any]]) -> None:
-    """Put the table into the page."""
-    begin, end = "<!-- begin: forces -->", "<!-- end: forces -->"
-    old = PAGE.read_text(encoding="utf-8")
-    pattern = f"{re.escape(begin)}.*?{re.escape(end)}"
-    new = re.sub(pattern, lambda _: f"{begin}\n\n{table(rows)}\n\n{end}", old, flags=re.DOTALL)
-    PAGE.write_text(new, encoding="utf-8")
-
-
 def main() -> None:
     """Fly what is missing, keep it, write the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
@@ -132,7 +122,7 @@ def main() -> None:
         rows += flown(todo[at : at + TOGETHER])
         keep(NUMBERS, rows)
         print(len(rows), rows[-1], flush=True)
-    write_table(rows)
+    fill(PAGE, "forces", table(rows))
     print(table(rows))
 
 

@@ -26,6 +26,7 @@ from typing import Any
 
 import numpy as np
 from following import NONE, Changes, compact, draws  # beside this file
+from kept import fill
 from results import claims
 
 from skylimb.analysis.recording.run import Run
@@ -54,6 +55,7 @@ CASES = (
     *itertools.product((DRAWN,), PRESETS, INERTIAS),
 )
 """Whether the robot knows itself or not, preset, inertia."""
+UNFILTERED: Changes = {"estimation.smoothing.on": False, "allocation.rotor_lag.bandwidth": 1e6}
 SEED, CHUNK, PERIOD = 11, 10, 0.005
 SHOWN = (
     ("force std N", "contact_force_normal_std", 1.0, 3),
@@ -165,33 +167,26 @@ def margins() -> str:
 
 
 def spectra() -> None:
-    """The amplitude spectra of thrust commands, with and without inertia."""
+    """The amplitude spectra of thrust commands with rotors of 2e-4 kg m^2, filtered and not."""
     import matplotlib.pyplot as plt
 
+    robot, window = load_robot("hydrus_xi_quad"), np.hanning(1024)
     figure, axes = plt.subplots(1, 2, figsize=(9.0, 3.6), sharey=True, layout="constrained")
-    for axis, preset in zip(axes, ("hybrid", "following"), strict=True):
-        for inertia, label in ((None, "thrust lags"), (2e-4, "2e-4 kg m²")):
-            changes: dict[str, Any] = {"approach.doubtful": "fly", "plant.rotors": "thrust"}
-            if inertia is not None:
-                changes |= {"plant.rotors": "speed", "plant.rotor_inertia": inertia}
-            takeoff = prepare(
-                load_experiment("paper", changes), load_robot("hydrus_xi_quad"),
-                load_controller(preset, load_robot("hydrus_xi_quad")),
-            )  # fmt: skip
+    for axis, preset in zip(axes, ("following", "drawing"), strict=True):
+        for gains, label in ((UNFILTERED, "neither smoothed nor filtered"), (NONE, "as it ships")):
+            takeoff = prepare(load_experiment("paper"), robot, load_controller(preset, robot, gains))
             log = scored_run(takeoff, fly_native([takeoff])[0]).log
             command = log.thrusts_command.values[log.time.values > 10.0]
             windows = np.lib.stride_tricks.sliding_window_view(command, 1024, axis=0)[::512]
-            shaped = (windows - windows.mean(axis=-1, keepdims=True)) * np.hanning(1024)
-            power = (
-                np.mean(np.abs(np.fft.rfft(shaped, axis=-1)) ** 2, axis=(0, 1))
-                * PERIOD
-                / np.sum(np.hanning(1024) ** 2)
+            shaped = (windows - windows.mean(axis=-1, keepdims=True)) * window
+            power = np.mean(np.abs(np.fft.rfft(shaped, axis=-1)) ** 2, axis=(0, 1)) * PERIOD
+            axis.loglog(
+                np.fft.rfftfreq(1024, PERIOD)[1:], np.sqrt(2.0 * power[1:] / np.sum(window**2)), label=label
             )
-            axis.loglog(np.fft.rfftfreq(1024, PERIOD)[1:], np.sqrt(2.0 * power[1:]), label=label)
         axis.set(title=preset, xlabel="frequency (Hz)")
         axis.legend()
     axes[0].set_ylabel("thrust command (N/√Hz)")
-    figure.savefig(DOCS / "images" / "thrust_spectra.png", dpi=120)
+    figure.savefig(DOCS / "images" / "thrust_spectra.png", dpi=120, metadata={"Software": None})
 
 
 def main() -> None:
@@ -234,12 +229,8 @@ def main() -> None:
                 print(f"{done} of {len(cases)}", flush=True)
         spectra()
     made = {KNOWN: table(numbers, KNOWN), DRAWN: table(numbers, DRAWN), "margins": margins()}
-    text = PAGE.read_text(encoding="utf-8")
     for name, part in {**made, "claims": "\n".join(claims(verify_rotors()))}.items():
-        begin, end = f"<!-- begin: {name} -->", f"<!-- end: {name} -->"
-        before, _, rest = text.partition(begin)
-        text = f"{before}{begin}\n{part}\n{end}{rest.partition(end)[2]}"
-    PAGE.write_text(text, encoding="utf-8")
+        fill(PAGE, name, part)
 
 
 if __name__ == "__main__":
