@@ -2,7 +2,7 @@
 
 import pytest
 
-from skylimb.simulation import tick
+from skylimb.simulation import plant_tick
 from skylimb.studies.verification import rotors, verify_rotors
 
 
@@ -22,7 +22,7 @@ def test_page_and_figures_are_written(tmp_path, monkeypatch):
 
 
 def test_claims_fail_without_the_reaction(monkeypatch):
-    original = tick.momentum_forces
-    monkeypatch.setattr(tick, "momentum_forces", lambda *given: 0.99 * original(*given))
+    original = plant_tick.momentum_forces
+    monkeypatch.setattr(plant_tick, "momentum_forces", lambda *given: 0.99 * original(*given))
     for measure in (rotors.reaction, rotors.precession, rotors.wheel):
         assert not measure().row.passed, measure.__name__
