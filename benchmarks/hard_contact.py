@@ -211,8 +211,8 @@ MORE_IS_BETTER = ("contact_fraction", "line_covered", "contact_force_normal_mean
 
 def changed(place: Place, drawn: Changes) -> dict[str, Any]:
     """What a draw at a place changes in its experiment."""
-    given = {"seed": drawn["seed"]} if place.known else dict(drawn)
-    given |= place.changes | (SUPERVISED if place.supervised else {})
+    given: dict[str, Any] = {"seed": drawn["seed"]} if place.known else dict(drawn)
+    given |= {**place.changes, **(SUPERVISED if place.supervised else {})}
     if most := given.pop("most friction", 0.0):
         given["surface.friction"] = most * (drawn["surface.friction"] - 0.1) / 0.7
     if factor := given.pop("noise", 0.0):

@@ -201,7 +201,11 @@ def measure(experiment: str, controller: str, repeats: int) -> tuple[Bench, Figu
             raise SystemExit("the replay did not end where the flight did: the comparison means nothing")
         return elapsed
 
-    closed, raw, bare = fastest(repeats, closed_loop, replay, without_timer()(replay))
+    def untimed() -> float:
+        with without_timer():
+            return replay()
+
+    closed, raw, bare = fastest(repeats, closed_loop, replay, untimed)
     return bench, Figures(closed, raw, bare, time_parts(bench, repeats), took)
 
 
