@@ -3,6 +3,7 @@
 import gc
 import os
 from collections.abc import Generator, Iterator
+from typing import Any
 
 import pytest
 from hypothesis import settings
@@ -50,6 +51,15 @@ def strict_c(tmp_path_factory: pytest.TempPathFactory) -> StrictC:
     """One for all workers of a run."""
     base = tmp_path_factory.getbasetemp()
     return StrictC((base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "objects")
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    """Chromium, for the tests of a file; those that use it are marked with `needs_chromium`."""
+    from chromium import chromium
+
+    with chromium() as found:
+        yield found
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -11,7 +11,7 @@ import pytest
 from playwright import sync_api
 
 import skylimb
-from chromium import beyond, chromium, needs_chromium, silent_page
+from chromium import beyond, needs_chromium, silent_page
 from skylimb.analysis.notebook_run import Run
 from skylimb.analysis.report.output import write_comparison, write_run
 
@@ -31,12 +31,6 @@ def reports(tmp_path_factory: pytest.TempPathFactory, four_runs: Mapping[str, Ru
     write_run(run, folder / "run")
     write_comparison(four_runs, folder / "comparison")
     return {name: folder / name / "report.html" for name in ("run", "comparison")}
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[sync_api.Browser]:
-    with chromium() as found:
-        yield found
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from playwright import sync_api
 from scipy.spatial.transform import Rotation
 
 import skylimb
-from chromium import PAINTED, chromium, needs_chromium, silent_page
+from chromium import PAINTED, needs_chromium, silent_page
 from skylimb.analysis.notebook_run import Run
 from skylimb.analysis.viewer.page import FlightViewer
 
@@ -24,12 +24,6 @@ def page_file(four_runs: Mapping[str, Run], tmp_path_factory: pytest.TempPathFac
     path = tmp_path_factory.mktemp("page") / "page.html"
     path.write_text(FlightViewer(four_runs).page, encoding="utf-8")
     return path
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[sync_api.Browser]:
-    with chromium() as found:
-        yield found
 
 
 @pytest.fixture

@@ -20,6 +20,7 @@ from skylimb.studies.campaign import report_campaign, run_campaign
 from skylimb.studies.campaign.folder import SPEC_FILE, TABLE_FILE, load_campaign
 from skylimb.studies.campaign.report import command
 from skylimb.studies.campaign.store import load_rows
+from skylimb.studies.campaign.table import write_table
 
 SpecWriter = Callable[..., Path]
 Contents = Callable[[Path], dict[str, bytes]]
@@ -55,6 +56,18 @@ def test_a_finished_folder_holds_what_it_promises(flown: tuple[Path, Path]) -> N
     page = (folder / "report.html").read_text()
     assert "http" not in page.replace("http-equiv", "")
     assert "Worst flights" in page
+
+
+@pytest.mark.usefixtures("plain_report")
+def test_a_folder_of_before_a_score_was_there_has_its_report(flown: tuple[Path, Path]) -> None:
+    folder = flown[1]
+    campaign = load_campaign(folder)
+    rows, _ = load_rows(folder, campaign)
+    older = [{key: value for key, value in row.items() if key != "tilt_max"} for row in rows.values()]
+    write_table(folder / TABLE_FILE, older, campaign)
+    outcome = report_campaign(folder)
+    assert "error_u_median" in outcome.summary.medians
+    assert "tilt_max" not in outcome.summary.medians
 
 
 @pytest.mark.usefixtures("plain_report")

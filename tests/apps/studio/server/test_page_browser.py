@@ -13,7 +13,7 @@ import pytest
 from playwright import sync_api
 
 import skylimb
-from chromium import PAINTED, chromium, needs_chromium, serious, silent_page, until, wait_for
+from chromium import PAINTED, needs_chromium, serious, silent_page, until, wait_for
 from failing_controller import save_failing_controller
 from flown_state import flown_gain
 from of_kind import of_kind
@@ -23,12 +23,6 @@ from skylimb.flight.events import GainChange, Push, SurfaceChange
 PATIENCE = 20_000
 
 pytestmark = needs_chromium
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[sync_api.Browser]:
-    with chromium() as found:
-        yield found
 
 
 @pytest.fixture(scope="module")

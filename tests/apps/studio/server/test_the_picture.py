@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 from playwright import sync_api
 
-from chromium import WORDS, chromium, needs_chromium, overlapping, serious, silent_page, until
+from chromium import WORDS, needs_chromium, overlapping, serious, silent_page, until
 from skylimb.apps.studio.session import Session
 
 pytestmark = needs_chromium
@@ -26,12 +26,6 @@ SHADE = """() => {
         .map(([x, y]) => [x * box.width, y * box.height]);
 }"""
 """Where the middles of the robot's shapes throw their shadows on the floor, px of the picture."""
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[sync_api.Browser]:
-    with chromium() as found:
-        yield found
 
 
 @pytest.fixture

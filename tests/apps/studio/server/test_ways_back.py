@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 from playwright import sync_api
 
-from chromium import chromium, needs_chromium, silent_page, until, wait_for
+from chromium import needs_chromium, silent_page, until, wait_for
 from failing_controller import save_failing_controller
 from flown_state import flown_gain
 from of_kind import of_kind
@@ -25,12 +25,6 @@ GAIN = "translation.normalized_stiffness"
 TOKEN = "a-token-that-both-servers-have"
 
 pytestmark = needs_chromium
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[sync_api.Browser]:
-    with chromium() as found:
-        yield found
 
 
 @pytest.fixture

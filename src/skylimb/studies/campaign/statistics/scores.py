@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -83,8 +82,8 @@ def scores_of(campaign: Campaign, rows: Mapping[int, Row], draws: int | None = N
         """A value of every flight, (n, controllers)."""
         return np.array([[value(row) for row in group] for group in flown], dtype=kind).reshape(-1, count)
 
-    # None, a number that a flight does not have, becomes NaN.
-    metrics = {key: table(itemgetter(key), float) for key in campaign.spec.keys}
+    # None, a number that a flight does not have, becomes NaN; an older folder lacks some of today's scores.
+    metrics = {key: table(lambda row, key=key: row.get(key), float) for key in campaign.spec.keys}
     return Scores(
         campaign.names,
         np.array([group[0]["draw"] for group in flown], dtype=int),
