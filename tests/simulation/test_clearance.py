@@ -9,6 +9,7 @@ import pytest
 import skylimb
 from skylimb.flight.takeoff import take_off
 from skylimb.robots.extent import parts_of
+from skylimb.simulation import clearance
 from skylimb.simulation.clearance import least_clearance
 
 
@@ -36,6 +37,14 @@ def engine_distance(plant, qpos):
     return min(mujoco.mj_geomDistance(model, data, disc, wall, 10.0, None) for disc in discs)
 
 
+@pytest.fixture
+def fresh_parts():
+    """No robot's parts are remembered, before or after: other flights keep theirs by robot."""
+    clearance._parts.cache_clear()
+    yield
+    clearance._parts.cache_clear()
+
+
 def only_discs(plant, monkeypatch):
     """Let the discs alone count: the engine's scene draws the links more finely than it needs to."""
     names = {rotor.name for rotor in plant.robot.description.rotors}
@@ -45,7 +54,7 @@ def only_discs(plant, monkeypatch):
 
 
 @pytest.mark.parametrize("experiment", ["board_tilted_hexarotor", "board_dragon"])
-def test_discs_are_as_far_from_a_board_as_the_engine_says(experiment, monkeypatch):
+def test_discs_are_as_far_from_a_board_as_the_engine_says(experiment, monkeypatch, fresh_parts):
     plant = take_off(experiment, ("pid",))[0].plant
     only_discs(plant, monkeypatch)
     rng = np.random.default_rng(2)
