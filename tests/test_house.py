@@ -188,14 +188,16 @@ def test_files_in_the_guide_are_what_they_say(tmp_path: Path, monkeypatch: pytes
     written = re.findall(r"^```\w+\n# file: (\S+)\n(.*?)^```", "\n".join(guides), re.DOTALL | re.MULTILINE)
     for name, text in written:
         (tmp_path / name).write_text(text, encoding="utf-8")
+        # What an example is as well is one text; `skylimb new` begins with it.
+        assert {path.read_text(encoding="utf-8") for path in (ROOT / "examples").rglob(name)} <= {text}, name
     monkeypatch.chdir(tmp_path)
     robot = skylimb.load_robot("hydrus_xi_quad")
     for name in ("slow_line.toml", "pillar.toml", "mine.toml", "dunes.toml"):
         assert skylimb.load_experiment(name).description
-    for name in ("firm.toml", "springy.toml"):
+    for name in ("firm.toml", "spring.toml"):
         assert skylimb.load_controller(name, robot).name == name.removesuffix(".toml")
     for law in ("regulator.py", "splined.py"):
-        cascade = skylimb.load_controller("springy.toml", robot, {"translation.law": law})
+        cascade = skylimb.load_controller("spring.toml", robot, {"translation.law": law})
         assert bool(cascade.in_python) == (law == "splined.py")  # type: ignore[attr-defined]
     assert {name for name, _ in written} == {path.name for path in tmp_path.glob("*.*")}
 

@@ -105,8 +105,6 @@ def load_controller(
         UnknownNameError: when there is no such preset.
         ConfigError: when the file cannot be used, or gains are no dataclass and overrides are given.
     """
-    if name_or_path.endswith(".py"):
-        return _users_controller(name_or_path, robot).with_gains(overrides or {})
     return controller_from_tables(*preset_mapping(name_or_path), robot, overrides)
 
 

@@ -10,6 +10,7 @@ from typing import Any
 from skylimb.base.config import flatten, from_mapping, read_toml, to_mapping, with_overrides
 from skylimb.base.errors import ConfigError, UnknownNameError, unknown_name
 from skylimb.base.keys.key import shown
+from skylimb.base.plugins import added_file, added_names
 from skylimb.control.law_fields import require_fit
 from skylimb.control.laws import Laws
 from skylimb.control.slots import SLOTS, Slot, Slots, find_law, law_names, right_key
@@ -69,18 +70,30 @@ def preset_names() -> list[str]:
 
 
 def preset_mapping(name_or_path: str) -> tuple[dict[str, Any], Path]:
-    """The preset's TOML as a mapping, and the file it came from.
+    """The preset's TOML as a mapping, and the file it came from; of a controller in Python, its `file`.
 
     Raises:
-        UnknownNameError: when it is neither a preset's name nor a TOML file.
+        UnknownNameError: when it is neither a controller's name nor a file.
     """
-    if name_or_path.endswith(".toml"):
-        path = Path(name_or_path)
-        return read_toml(path), path
-    if name_or_path not in preset_names():
-        raise unknown_name("controller", name_or_path, preset_names(), (".py", ".toml"))
-    path = PRESETS / f"{name_or_path}.toml"
-    return read_toml(path), path
+    path = preset_file(name_or_path)
+    return ({"file": path.name} if path.suffix == ".py" else read_toml(path)), path
+
+
+def preset_file(name_or_path: str) -> Path:
+    """The TOML or Python file of a controller, by its name or by itself.
+
+    Raises:
+        UnknownNameError: when it is neither a controller's name nor such a file.
+        ConfigError: when a package adds the name and it is not the package's alone.
+    """
+    if name_or_path.endswith((".toml", ".py")):
+        return Path(name_or_path)
+    known = preset_names()
+    file = added_file("controllers", name_or_path, name_or_path in known)
+    if file is None and name_or_path not in known:
+        known += added_names("controllers")
+        raise unknown_name("controller", name_or_path, known, (".py", ".toml"))
+    return file or PRESETS / f"{name_or_path}.toml"
 
 
 def preset_from_mapping(mapping: Mapping[str, Any], path: Path) -> Preset:

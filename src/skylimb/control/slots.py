@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 from skylimb.base.errors import unknown_name
 from skylimb.base.keys import keys_of
+from skylimb.base.plugins import added_file, added_names
 from skylimb.base.user_modules import load_module
 from skylimb.control.needs import Needs, declared_needs
 from skylimb.control.user_functions import UserLaw
@@ -109,12 +110,26 @@ def find_law(slot: str, name: str, folder: Path) -> Any:
         UnknownNameError: when there is no such law.
         ConfigError: when the file cannot be used as one.
     """
+    file = law_file(slot, name, folder)
+    if file is None:
+        return importlib.import_module(f"{_folder(slot)}.{name}")
+    needed = ("Gains", "initial_state", *traced_functions(slot))
+    return _user_law(slot, load_module(file, needed), name)
+
+
+def law_file(slot: str, name: str, folder: Path) -> Path | None:
+    """The file of a law that is a user's own or an installed package's; None where it ships.
+
+    Raises:
+        UnknownNameError: when there is no such law.
+        ConfigError: when a package adds the name and it is not the package's alone.
+    """
     if name.endswith(".py"):
-        needed = ("Gains", "initial_state", *traced_functions(slot))
-        return _user_law(slot, load_module(folder / name, needed), name)
-    if name not in law_names(slot):
-        raise unknown_name(f"{slot} law", name, law_names(slot))
-    return importlib.import_module(f"{_folder(slot)}.{name}")
+        return folder / name
+    file = added_file("laws", f"{slot}.{name}", name in law_names(slot))
+    if file is None and name not in law_names(slot):
+        raise unknown_name(f"{slot} law", name, [*law_names(slot), *added_names("laws", f"{slot}.")])
+    return file
 
 
 def keys_of_law(law: Any) -> list[str]:

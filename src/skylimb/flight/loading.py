@@ -12,6 +12,7 @@ from skylimb.analysis.scores.user_scores import UserScore, load_user_scores
 from skylimb.base.config import flatten
 from skylimb.base.errors import ConfigError, unknown_name
 from skylimb.base.keys.key import shown
+from skylimb.base.plugins import added_names
 from skylimb.base.sources import read_source
 from skylimb.control.calibrated import calibrated
 from skylimb.control.controller import (
@@ -124,8 +125,9 @@ def _adapted_preset(
     name = tables.pop(PRESET)
     if not isinstance(name, str):
         raise ConfigError(f"experiment {experiment}: controller.{PRESET} = {shown(name)} should be a name")
-    if name not in preset_names():
-        raise unknown_name(f"controller.{PRESET} of experiment {experiment}", name, preset_names())
+    known = [*preset_names(), *added_names("controllers")]
+    if name not in known:
+        raise unknown_name(f"controller.{PRESET} of experiment {experiment}", name, known)
     return load_controller(name, robot, {**flatten(tables), **gains})
 
 

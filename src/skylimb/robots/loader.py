@@ -12,6 +12,7 @@ import numpy as np
 
 from skylimb.base.config import from_mapping, parse_toml, read_toml
 from skylimb.base.errors import ConfigError, DescriptionError, UnreadableError, unknown_name
+from skylimb.base.plugins import added_file, added_names
 from skylimb.base.rotations import rotation_from_rpy
 from skylimb.base.sources import Source, read_source
 from skylimb.robots.description import (
@@ -108,9 +109,11 @@ def _flight_path(name_or_path: str | Path) -> Path:
         )
     if is_path:
         return path
-    if not (SHIPPED / path / FLIGHT_FILE).is_file() or not path.name:
-        raise unknown_name("robot", str(name_or_path), list_robots())
-    return SHIPPED / path / FLIGHT_FILE
+    ships = bool(path.name) and (SHIPPED / path / FLIGHT_FILE).is_file()
+    file = added_file("robots", str(name_or_path), ships)
+    if file is None and not ships:
+        raise unknown_name("robot", str(name_or_path), [*list_robots(), *added_names("robots")])
+    return file or SHIPPED / path / FLIGHT_FILE
 
 
 def _read(path: Path) -> tuple[Source, Source]:

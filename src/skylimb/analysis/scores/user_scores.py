@@ -30,13 +30,14 @@ from skylimb.analysis.scores.registry import SCORES, TOLERANCES
 from skylimb.analysis.scores.score import Metric, Number
 from skylimb.analysis.scores.verdict import verdict
 from skylimb.base.errors import ConfigError, UserCodeError, unknown_name
+from skylimb.base.plugins import added_file
 from skylimb.base.user_code import UserCode
 from skylimb.base.user_modules import load_module
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawing
 
-_TAKEN = frozenset(
+TAKEN = frozenset(
     {*SCORES, "status", "cause", "missed", "checks", "force_limits", "strokes", "success", PROBLEMS}
 )
 """What a metric cannot be called."""
@@ -84,7 +85,8 @@ def load_user_scores(use: Iterable[str | Path | ModuleType | UserScore]) -> list
     """Every metric and figure of some files, modules and functions.
 
     Args:
-        use: Python files by path, modules, and what `metric` and `figure` have made.
+        use: Python files by path, or by the name under which an installed package adds them; modules; and
+            what `metric` and `figure` have made.
 
     Raises:
         ConfigError: when a file cannot be used, has neither, or has a metric that cannot be one.
@@ -94,7 +96,7 @@ def load_user_scores(use: Iterable[str | Path | ModuleType | UserScore]) -> list
         if isinstance(item, Metric | UserFigure):
             found.append(item)
             continue
-        module = item if isinstance(item, ModuleType) else load_module(Path(item), ())
+        module = item if isinstance(item, ModuleType) else load_module(metric_file(item), ())
         here = [value for value in vars(module).values() if isinstance(value, Metric | UserFigure)]
         if not here:
             raise ConfigError(
@@ -106,10 +108,15 @@ def load_user_scores(use: Iterable[str | Path | ModuleType | UserScore]) -> list
     return found
 
 
+def metric_file(named: str | Path) -> Path:
+    """The file of metrics that is meant: an installed package's by its name, else the path itself."""
+    return added_file("metrics", str(named), ships=False) or Path(named)
+
+
 def _check(metric: Metric) -> None:
     """Refuse a name that is taken, and a tolerance that no experiment has."""
     for score in metric.scores:
-        if score.name in _TAKEN:
+        if score.name in TAKEN:
             raise ConfigError(f"metric '{score.name}' has the name of one that ships; choose another")
         bound = score.tolerance.bound if score.tolerance else None
         if isinstance(bound, str) and bound not in TOLERANCES:

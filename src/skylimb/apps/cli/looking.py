@@ -22,11 +22,17 @@ def list_all() -> None:
         skylimb list
     """
     from skylimb.apps.catalogue.entries import KINDS, entries
+    from skylimb.base.plugins import GROUPS, added_by, added_names
 
     found = entries()
     for kind, title in KINDS.items():
         rows = [(entry.name, entry.meaning) for entry in found if entry.kind == kind]
         output.show_table(rows, title=title)
+    added = [
+        (f"{group[:-1]} {name}", added_by(group, name)) for group in GROUPS for name in added_names(group)
+    ]
+    if added:
+        output.show_table(added, title="Added by installed packages")
 
 
 def show(
@@ -70,8 +76,12 @@ def show(
 
 
 def _kind_of_path(name: str) -> str:
-    """Whether a file or folder holds an experiment, a controller or a robot; empty for what is no path."""
+    """Whether a file, a folder or a package's name is that of an experiment, a controller or a robot.
+
+    Empty for all other names.
+    """
     from skylimb.base.config import read_toml
+    from skylimb.base.plugins import added_names
     from skylimb.control.slots import SLOTS
     from skylimb.robots.loader import list_robots
 
@@ -80,7 +90,9 @@ def _kind_of_path(name: str) -> str:
         return "robot" if "urdf" in keys else "controller" if keys & {*SLOTS, "file"} else "experiment"
     if name.endswith(".py"):
         return "controller"
-    return "robot" if Path(name).is_dir() and name not in list_robots() else ""
+    if Path(name).is_dir() and name not in list_robots():
+        return "robot"
+    return next((kind for kind in _SHOWN if name in added_names(f"{kind}s")), "")
 
 
 def _show_entry(entry: Entry) -> None:
@@ -129,9 +141,10 @@ def _show_physics(name: str) -> None:
 def _show_controller(name: str) -> None:
     """The gains of a preset, of a controller in a Python file, or of a TOML file that keeps a set of them."""
     from skylimb.apps.cli import key_tables
-    from skylimb.base.config import read_toml
+    from skylimb.control.preset import preset_from_mapping, preset_mapping
 
-    if name.endswith(".py") or (name.endswith(".toml") and "file" in read_toml(name)):
+    mapping, path = preset_mapping(name)
+    if "file" in mapping:
         import skylimb
 
         controller: Any = skylimb.load_controller(name, skylimb.load_robot("hydrus_xi_quad"))
@@ -139,10 +152,8 @@ def _show_controller(name: str) -> None:
         title = f"{controller.name}: a controller of your own"
         hint = f"Fly it: skylimb run --controller {name}"
     else:
-        from skylimb.control.preset import preset_from_mapping, preset_mapping
         from skylimb.control.preset_keys import preset_tables
 
-        mapping, path = preset_mapping(name)
         preset = preset_from_mapping(mapping, path)
         tables = list(preset_tables(preset, mapping))
         title = f"{preset.name}: {preset.description}"

@@ -14,6 +14,7 @@ from skylimb.apps.cli.exporting import export_c
 from skylimb.apps.cli.flying import compare, draw, run
 from skylimb.apps.cli.keys import keys
 from skylimb.apps.cli.looking import list_all, report, score, show, verify_contact, verify_rotors, view
+from skylimb.apps.cli.new import new
 from skylimb.apps.cli.planning import plan
 from skylimb.apps.cli.realtime import fly
 from skylimb.apps.cli.replaying import replay
@@ -61,6 +62,7 @@ VERBS: dict[str, Verb] = {
     "keys": keys,
     "completion": completion,
     "examples": examples,
+    "new": new,
     "robot check": check_robot,
     "robot import": import_robot,
     "robot new": new_robot,

@@ -17,6 +17,7 @@ from skylimb.base.config import from_mapping, put, read_toml, to_mapping, value_
 from skylimb.base.errors import ConfigError, SkylimbError, UnknownNameError, unknown_name
 from skylimb.base.keys import Key, KeyInfo, configuration, keys_of
 from skylimb.base.keys.key import shown
+from skylimb.base.plugins import added_file, added_names
 from skylimb.control.loop.terminations import Terminations
 from skylimb.control.missions.configuration import MissionConfig
 from skylimb.control.planning.posture_path import PostureConfig
@@ -183,12 +184,13 @@ def experiment_tables(name_or_path: str) -> dict[str, Any]:
         UnknownNameError: when there is no such experiment.
         ConfigError: when the file cannot be read.
     """
-    if str(name_or_path).endswith(".toml"):
-        path = Path(name_or_path)
-    elif name_or_path in experiment_names():
-        path = EXPERIMENTS / f"{name_or_path}.toml"
-    else:
-        raise unknown_name("experiment", str(name_or_path), experiment_names(), (".toml",))
+    path, known = Path(name_or_path), experiment_names()
+    if not str(name_or_path).endswith(".toml"):
+        file = added_file("experiments", name_or_path, name_or_path in known)
+        if file is None and name_or_path not in known:
+            known += added_names("experiments")
+            raise unknown_name("experiment", str(name_or_path), known, (".toml",))
+        path = file or EXPERIMENTS / f"{name_or_path}.toml"
     return {"name": path.stem, **_beside(read_toml(path), path.parent)}
 
 

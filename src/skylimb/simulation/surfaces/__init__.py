@@ -8,6 +8,7 @@ from typing import Any
 from skylimb.base.config import from_mapping
 from skylimb.base.errors import ConfigError, unknown_name
 from skylimb.base.keys.key import shown
+from skylimb.base.plugins import added_file, added_names
 from skylimb.simulation.surfaces.ball import Sphere
 from skylimb.simulation.surfaces.board import Board
 from skylimb.simulation.surfaces.checks import require_clear, require_fits, require_path
@@ -45,12 +46,15 @@ def surface_from_mapping(mapping: Mapping[str, Any], where: str = "surface") -> 
         raise ConfigError(
             f"{where}: surface.kind = {shown(kind)} should be a name, one of {known}, or a Python file"
         )
+    if file := added_file("surfaces", kind, kind in SURFACES):
+        kind = file.as_posix()
+        mapping = {**mapping, "kind": kind}
     if kind.endswith(".py"):
         from skylimb.simulation.surfaces.user_surface import user_surface  # few surfaces are the user's own
 
         return from_mapping(user_surface(kind), mapping, where, at="surface")
     if kind not in SURFACES:
-        raise unknown_name("surface.kind", kind, SURFACES, (".py",))
+        raise unknown_name("surface.kind", kind, [*SURFACES, *added_names("surfaces")], (".py",))
     return from_mapping(SURFACES[kind], mapping, where, at="surface")
 
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from skylimb.analysis.recording.versions import versions
+from skylimb.analysis.scores.user_scores import metric_file
 from skylimb.base.config import flatten, value_of
 from skylimb.base.errors import ConfigError
 from skylimb.control.controller import (
@@ -24,7 +25,8 @@ from skylimb.control.controller import (
     load_controller,
 )
 from skylimb.control.corrections import read_corrections, with_corrections
-from skylimb.control.preset import preset_mapping
+from skylimb.control.preset import preset_mapping, preset_names
+from skylimb.control.slots import SLOTS, law_file
 from skylimb.flight.experiments.experiment import Experiment, experiment_from_mapping, experiment_tables
 from skylimb.flight.export.step import controller_step
 from skylimb.flight.flight_run import config_units
@@ -157,7 +159,7 @@ def freeze(spec: CampaignSpec, purpose: str = "campaign") -> Campaign:
     if len(controllers) < len(spec.controllers):
         raise ConfigError(f"controllers = {list(spec.controllers)!r}: two of them have the same name")
     digests = {name: robot.description.digest for name, robot in robots.items()}
-    use = {file: code_digest(Path(file)) for file in spec.use}
+    use = {file: code_digest(metric_file(file)) for file in spec.use}
     campaign = Campaign(spec, tables, controllers, digests, versions(), purpose, use)
     campaign = dataclasses.replace(campaign, files=file_digests(_possible(campaign)))
     for index in range(min(spec.draws, CHECKED_DRAWS)):
@@ -244,20 +246,21 @@ def _fill_list(tables: dict[str, Any], resolved: Mapping[str, Any], key: str) ->
 
 
 def _controller(name: str, calibration: str = "") -> dict[str, Any]:
-    if name.endswith(".py"):
+    mapping, path = preset_mapping(name)
+    if path.suffix == ".py":
         if calibration:
             raise ConfigError(f"controller '{name}' is Python of its own; only presets fly calibrated")
-        return {"path": name, "code": code_digest(Path(name))}
-    mapping, path = preset_mapping(name)
+        return {"path": path.as_posix(), "code": code_digest(path)}
     if calibration:
         mapping = with_corrections(mapping, path, read_corrections(calibration))
-    laws = {
-        slot: code_digest(path.parent / str(table["law"]))
+    files = {
+        slot: law_file(slot, str(table["law"]), path.parent)
         for slot, table in mapping.items()
-        if isinstance(table, dict) and str(table.get("law", "")).endswith(".py")
+        if slot in SLOTS and isinstance(table, dict) and "law" in table
     }
+    laws = {slot: code_digest(file) for slot, file in files.items() if file is not None}
     entry: dict[str, Any] = {
-        "path": path.as_posix() if name.endswith(".toml") else f"{name}.toml",
+        "path": f"{name}.toml" if name in preset_names() else path.as_posix(),
         "preset": mapping,
     }
     return {**entry, "code": laws} if laws else entry
