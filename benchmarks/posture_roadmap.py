@@ -93,7 +93,7 @@ def straight_way(begin: np.ndarray, end: np.ndarray) -> np.ndarray:
 def held_share(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> float:
     """The greatest share of its torque that a servo of the shape joints gives in hover."""
     torque = joint_torque_function(robot)(joint_angles, vectoring_angles).full().ravel()
-    return float(np.max(np.abs(torque), initial=0.0) / robot.description.shape_servo.torque_limit)
+    return float(np.max(np.abs(torque) / robot.description.shape_servos.torque_limit, initial=0.0))
 
 
 class Place(NamedTuple):

@@ -154,7 +154,7 @@ def test_a_rest_is_one_for_pinocchio_and_servos_rest_beside_their_commands(name:
         missing, torques = pinocchios_torques(robot, found, found.joint_angles)
         np.testing.assert_allclose(missing, 0.0, atol=1e-4 * robot.weight)
         np.testing.assert_allclose(found.joint_torques, torques, atol=1e-3)
-        servo = robot.description.shape_servo
+        servo = robot.description.shape_servos
         np.testing.assert_allclose(servo.stiffness * (found.joint_angles - q), found.joint_torques, atol=1e-4)
         assert np.all(np.abs(found.joint_torques) <= servo.torque_limit + 1e-5)
         assert np.all(found.thrusts >= limits(robot)[:, 0])
@@ -179,7 +179,7 @@ def test_a_little_less_is_held_and_a_little_more_is_not_for_the_limit_that_is_na
         at = {
             "greatest thrust": found_near(most.thrusts, limits(robot)[:, 1]),
             "least thrust": found_near(most.thrusts, limits(robot)[:, 0]),
-            "servo": found_near(np.abs(most.joint_torques), robot.description.shape_servo.torque_limit),
+            "servo": found_near(np.abs(most.joint_torques), robot.description.shape_servos.torque_limit),
             "tilt": abs(most.tilt - TILT) < 1e-3,
         }
         assert most.limit is not None

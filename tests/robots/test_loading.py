@@ -8,6 +8,7 @@ import pytest
 
 from skylimb.base.errors import AllocationError, ConfigError, DescriptionError, SkylimbError, UnknownNameError
 from skylimb.robots import list_robots, load_robot, read_description
+from skylimb.studies.planning.feasible_wrench import push_limit
 
 
 def refused(path, error, *parts):
@@ -60,6 +61,15 @@ def test_the_description_says_what_the_files_say():
     assert np.isinf(d.joint("gimbal_joint1").upper)
     shapes = {visual.shape for link in d.links for visual in link.visuals}
     assert shapes == {"box", "cylinder", "sphere"}
+
+
+def test_a_servo_may_be_weaker_than_its_neighbours(spoil):
+    robot = load_robot(spoil(toml=("torque_limit = 3.3", "torque_limit = [3.3, 2.5, 3.3]")))
+    np.testing.assert_array_equal(robot.description.shape_servos.torque_limit, [3.3, 2.5, 3.3])
+    found = push_limit(robot, np.array([1.0, 0.0, 0.0]))
+    assert found
+    assert found.limit is not None
+    assert (found.limit.kind, found.limit.name, found.limit.value) == ("servo", "joint2", 2.5)
 
 
 def test_a_description_cannot_be_changed_by_accident():
@@ -294,6 +304,16 @@ TOML_FAULTS = {
         ("stiffness = 50.0", "stiffness = 0.0"),
         ConfigError,
         ["shape.servo.stiffness = 0 N m/rad must be above 0"],
+    ),
+    "servos of two of three joints": (
+        ("torque_limit = 3.3", "torque_limit = [3.3, 2.0]"),
+        DescriptionError,
+        ["shape.servo.torque_limit has 2 numbers for 3 joints (joint1, joint2, joint3)"],
+    ),
+    "one servo of no torque": (
+        ("torque_limit = 3.3", "torque_limit = [3.3, 0.0, 3.3]"),
+        ConfigError,
+        ["shape.servo.torque_limit = 0 N m (entry 2 of 3) must be above 0"],
     ),
     "degrees of theta": (
         ("theta_nominal = 0.5235987755982988", "theta_nominal = 30.0"),

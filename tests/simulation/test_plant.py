@@ -116,10 +116,10 @@ def test_servos_keep_their_speed_limit_and_their_torque_limit(robot: Robot) -> N
     first = data.act[4]
     for _ in range(1000):
         mujoco.mj_step(built.model, data)
-    assert data.act[4] - first == pytest.approx(robot.description.shape_servo.speed_limit * 1.0, rel=1e-6)
+    assert data.act[4] - first == pytest.approx(robot.description.shape_servos.speed_limit[0] * 1.0, rel=1e-6)
     data.act[4] += 10.0
     mujoco.mj_forward(built.model, data)
-    assert data.actuator_force[4] == robot.description.shape_servo.torque_limit
+    assert data.actuator_force[4] == robot.description.shape_servos.torque_limit[0]
 
 
 @pytest.mark.parametrize(

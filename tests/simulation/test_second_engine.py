@@ -15,6 +15,7 @@ import pytest
 from skylimb.base.rotations import rotation_from_quaternion
 from skylimb.control.records import Command
 from skylimb.flight.takeoff import take_off
+from skylimb.robots.description import Servo
 from skylimb.simulation.plant_tick import plant_numbers
 from skylimb.simulation.rotors import RotorNumbers, rotor_tick
 from skylimb.simulation.servo_friction import servo_brakes
@@ -58,7 +59,7 @@ def test_accelerations_with_turning_rotors_are_pinocchios() -> None:
     places, n, m = [*plant.joint_qpos, *plant.vectoring_qpos], robot.n_rotors, len(names)
     rates_at, columns = [i - 1 for i in places], [*range(6), *(one.idx_v for one in joints)]
     drive, numbers = actuator_function(plant, dt), plant_numbers(plant, dt)
-    servos = [d.shape_servo] * robot.n_joints + [d.vectoring_servo] * robot.n_vectoring
+    servos = [Servo(*numbers) for numbers in zip(*vars(d.servos).values(), strict=True)]
     brakes = servo_brakes(engine)
     spins, worst = np.array([rotor.spin for rotor in d.rotors]), 0.0
     frames = [model.getFrameId(rotor.link, pin.FrameType.BODY) for rotor in d.rotors]

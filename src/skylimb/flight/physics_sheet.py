@@ -135,15 +135,20 @@ def _lags(takeoff: Takeoff) -> list[Line]:
             "first order in the thrust" if not takeoff.plant.turning else "first order in the speed",
         ),
     ]
-    for title, joints, servo in (
-        ("shape servos", d.shape_joints, d.shape_servo),
-        ("vectoring servos", d.vectoring_joints, d.vectoring_servo),
+    for title, joints, servos in (
+        ("shape servos", d.shape_joints, d.shape_servos),
+        ("vectoring servos", d.vectoring_joints, d.vectoring_servos),
     ):
         if joints:
-            gains = f"{servo.stiffness:g} N m/rad, {servo.damping:g} N m s/rad"
-            note = f"at most {servo.torque_limit:g} N m; the set point moves at {servo.speed_limit:g} rad/s"
-            lines.append(Line(group, title, gains, note))
+            stiffness, damping, torque, speed = map(_range, vars(servos).values())
+            note = f"at most {torque} N m; the set point moves at {speed} rad/s"
+            lines.append(Line(group, title, f"{stiffness} N m/rad, {damping} N m s/rad", note))
     return lines
+
+
+def _range(values: np.ndarray) -> str:
+    """One number where all are the same, else the least and the most."""
+    return " .. ".join(f"{value:g}" for value in sorted({values.min(), values.max()}))
 
 
 def _rotors(takeoff: Takeoff) -> list[Line]:

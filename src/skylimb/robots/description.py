@@ -112,18 +112,39 @@ class Joint(_Fixed):
     friction: float
 
 
+_Each = float | tuple[float, ...]
+"""One number for every joint, or one for each."""
+
+
 @configuration
 class Servo:
-    """A position servo: torque = stiffness * error - damping * speed, within limits."""
+    """Position servos, torque = stiffness * error - damping * speed; a number for all joints, or [one for each]."""
 
-    stiffness: Annotated[float, Key("N m/rad", "torque per error", above=0.0, high=1e6)]
-    damping: Annotated[float, Key("N m s/rad", "torque per speed", low=0.0, high=1e5)]
-    torque_limit: Annotated[float, Key("N m", "greatest torque", above=0.0, high=1e5)]
-    speed_limit: Annotated[float, Key("rad/s", "speed of the set point it follows", above=0.0, high=1e3)]
+    stiffness: Annotated[_Each, Key("N m/rad", "torque per error", above=0.0, high=1e6)]
+    damping: Annotated[_Each, Key("N m s/rad", "torque per speed", low=0.0, high=1e5)]
+    torque_limit: Annotated[_Each, Key("N m", "greatest torque", above=0.0, high=1e5)]
+    speed_limit: Annotated[_Each, Key("rad/s", "speed of the set point it follows", above=0.0, high=1e3)]
 
 
 NO_SERVO = Servo(1.0, 0.0, 1.0, 1.0)
 """Stands for the servo where there is no joint of a kind."""
+
+
+@dataclass(frozen=True, eq=False)
+class Servos(_Fixed):
+    """The servos of some joints, (n,) each: see `Servo`.
+
+    Attributes:
+        stiffness: N m/rad.
+        damping: N m s/rad.
+        torque_limit: N m.
+        speed_limit: rad/s.
+    """
+
+    stiffness: np.ndarray
+    damping: np.ndarray
+    torque_limit: np.ndarray
+    speed_limit: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,8 +235,8 @@ class RobotDescription(_Fixed):
         rotors: in the order of the thrust vector.
         shape_joints: joint names, in the order of the joint angles q.
         vectoring_joints: joint names, in the order of the vectoring angles psi.
-        shape_servo: servo of every shape joint.
-        vectoring_servo: servo of every vectoring joint.
+        shape_servos: those of the shape joints.
+        vectoring_servos: those of the vectoring joints.
         vectoring_start: (n_vectoring,) angles where the search for good vectoring angles begins, rad.
         tip: the contact point.
         posture: the one-parameter family of postures.
@@ -236,8 +257,8 @@ class RobotDescription(_Fixed):
     rotors: tuple[Rotor, ...]
     shape_joints: tuple[str, ...]
     vectoring_joints: tuple[str, ...]
-    shape_servo: Servo
-    vectoring_servo: Servo
+    shape_servos: Servos
+    vectoring_servos: Servos
     vectoring_start: np.ndarray
     tip: Tip
     posture: PostureFamily
@@ -258,6 +279,12 @@ class RobotDescription(_Fixed):
     def moving_joints(self) -> tuple[str, ...]:
         """Names of the shape joints, then of the vectoring joints: the order of all angles together."""
         return (*self.shape_joints, *self.vectoring_joints)
+
+    @property
+    def servos(self) -> Servos:
+        """Those of the moving joints, in that order."""
+        shape, vectoring = vars(self.shape_servos), vars(self.vectoring_servos)
+        return Servos(**{key: np.concatenate([shape[key], vectoring[key]]) for key in shape})
 
     def link(self, name: str) -> Link:
         """The link of that name."""

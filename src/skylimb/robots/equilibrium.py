@@ -250,8 +250,8 @@ class _Question:
         if k >= 2 * (nq + nv):
             return Limit("tilt", "", self.tilt, "rad")
         joint = k % (nq + nv)
-        servo = description.shape_servo if joint < nq else description.vectoring_servo
-        return Limit("servo", description.moving_joints[joint], within.servo * servo.torque_limit, "N m")
+        most = float(description.servos.torque_limit[joint])
+        return Limit("servo", description.moving_joints[joint], within.servo * most, "N m")
 
     def _starts(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Leans with the given vectoring angles; where these may move, upright with others in reach."""

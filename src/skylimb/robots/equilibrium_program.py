@@ -6,7 +6,6 @@ import functools
 from typing import Any, NamedTuple
 
 import casadi as ca
-import numpy as np
 
 from skylimb.base.rotations import rot_z
 from skylimb.base.statics import rest_function
@@ -42,8 +41,7 @@ def programme_of(robot: Robot, *, levers: bool) -> Programme:
     nq, nv, n = robot.n_joints, robot.n_vectoring, robot.n_rotors
     description, weight = robot.description, robot.weight
     low, high = robot.thrust_limits()
-    servo = description.shape_servo
-    most = np.array([servo.torque_limit] * nq + [description.vectoring_servo.torque_limit] * nv)
+    servo, most = description.shape_servos, description.servos.torque_limit
     lean, thrusts, psi = ca.SX.sym("lean", 2), ca.SX.sym("thrusts", n), ca.SX.sym("psi", nv)
     bend, t, h, e = ca.SX.sym("bend", nq), ca.SX.sym("t"), ca.SX.sym("h"), ca.SX.sym("e")
     q, d, size = ca.SX.sym("q", nq), ca.SX.sym("d", 3), ca.SX.sym("size")

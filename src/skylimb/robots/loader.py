@@ -23,6 +23,8 @@ from skylimb.robots.description import (
     PostureFamily,
     RobotDescription,
     Rotor,
+    Servo,
+    Servos,
     Tip,
 )
 from skylimb.robots.extent import drawn_radius
@@ -129,6 +131,19 @@ def _flight_file(source: Source) -> FlightFile:
     return from_mapping(FlightFile, parse_toml(source), str(source.path))
 
 
+def _servos(servo: Servo, joints: tuple[str, ...], where: str) -> Servos:
+    """What the flight file says of the servos of some joints; `where` is its key there."""
+    numbers = dict[str, np.ndarray]()
+    for key, value in vars(servo).items():
+        if isinstance(value, tuple) and len(value) != len(joints):
+            raise DescriptionError(
+                f"{where}.{key} has {len(value)} numbers for {len(joints)} joints ({', '.join(joints)}); "
+                "give one for each, or a single number for all"
+            )
+        numbers[key] = np.broadcast_to(np.asarray(value, dtype=float), len(joints))
+    return Servos(**numbers)
+
+
 def _digest(*sources: Source) -> str:
     total = hashlib.sha256()
     for source in sources:
@@ -177,8 +192,8 @@ def describe(flight: FlightFile, flight_source: Source, urdf: Source, tree: Tree
         rotors=tuple(_rotor(section, index, links) for index, section in enumerate(flight.rotors)),
         shape_joints=shape.joints,
         vectoring_joints=vectoring.joints,
-        shape_servo=shape.servo,
-        vectoring_servo=vectoring.servo,
+        shape_servos=_servos(shape.servo, shape.joints, "shape.servo"),
+        vectoring_servos=_servos(vectoring.servo, vectoring.joints, "vectoring.servo"),
         vectoring_start=np.array(vectoring.start, dtype=float),
         tip=Tip(
             flight.tip.link,

@@ -19,8 +19,8 @@ def actuate(description: RobotDescription, command: Command, activations: Array,
     n, nq = len(description.rotors), len(description.shape_joints)
     shape_rate = (command.joint_angles - activations[n : n + nq]) * (1.0 / dt)
     vectoring_rate = (command.vectoring_angles - activations[n + nq :]) * (1.0 / dt)
-    shape_limit = description.shape_servo.speed_limit
-    vectoring_limit = description.vectoring_servo.speed_limit
+    shape_limit = description.shape_servos.speed_limit
+    vectoring_limit = description.vectoring_servos.speed_limit
     return stack(
         command.thrusts,
         clip(shape_rate, -shape_limit, shape_limit),

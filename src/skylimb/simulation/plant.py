@@ -63,10 +63,10 @@ def plant_description(description: RobotDescription, config: PlantConfig) -> Rob
         )
         for rotor in description.rotors
     )
-    servo = description.shape_servo
-    servo = dataclasses.replace(servo, stiffness=servo.stiffness * config.servo_stiffness_scale)
+    servos = description.shape_servos
+    servos = dataclasses.replace(servos, stiffness=servos.stiffness * config.servo_stiffness_scale)
     return dataclasses.replace(
-        description, links=tuple(map(scaled, description.links)), rotors=rotors, shape_servo=servo
+        description, links=tuple(map(scaled, description.links)), rotors=rotors, shape_servos=servos
     )
 
 
@@ -190,8 +190,7 @@ def initial_data(plant: Plant, mission: Mission) -> mujoco.MjData:
     springs give under it, as after a take-off.
     """
     first, description = mission.first, plant.robot.description
-    shape, vectoring = description.shape_servo.stiffness, description.vectoring_servo.stiffness
-    stiffness = np.repeat([shape, vectoring], [plant.robot.n_joints, plant.robot.n_vectoring])
+    stiffness = description.servos.stiffness
     set_points = np.concatenate([first.joint_angles, first.vectoring_angles])
     data = mujoco.MjData(plant.model)
     angles = set_points

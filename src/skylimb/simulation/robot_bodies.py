@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from skylimb.base.rotations import quaternion_from_rotation
-from skylimb.robots.description import Inertial, Joint, Link, RobotDescription, Servo, Visual
+from skylimb.robots.description import Inertial, Joint, Link, RobotDescription, Visual
 from skylimb.simulation.contact_keys import TIP_GEOM, TIP_SITE
 from skylimb.simulation.servo_friction import add_servo_friction
 
@@ -153,24 +153,32 @@ def _add_actuators(
             ctrllimited=True,
             ctrlrange=[0.0, rotor.thrust_max],
         )
-    for name in description.shape_joints:
-        _add_servo(spec, name, description.shape_servo)
-    for name in description.vectoring_joints:
-        _add_servo(spec, name, description.vectoring_servo)
+    servos = description.servos
+    for name, *numbers in zip(
+        description.moving_joints,
+        servos.stiffness,
+        servos.damping,
+        servos.torque_limit,
+        servos.speed_limit,
+        strict=True,
+    ):
+        _add_servo(spec, name, *map(float, numbers))
 
 
-def _add_servo(spec: mujoco.MjSpec, joint: str, servo: Servo) -> None:
+def _add_servo(
+    spec: mujoco.MjSpec, joint: str, stiffness: float, damping: float, torque: float, speed: float
+) -> None:
     spec.add_actuator(
         name=joint,
         trntype=mujoco.mjtTrn.mjTRN_JOINT,
         target=joint,
         dyntype=mujoco.mjtDyn.mjDYN_INTEGRATOR,
         gaintype=mujoco.mjtGain.mjGAIN_FIXED,
-        gainprm=[servo.stiffness] + [0.0] * 9,
+        gainprm=[stiffness] + [0.0] * 9,
         biastype=mujoco.mjtBias.mjBIAS_AFFINE,
-        biasprm=[0.0, -servo.stiffness, -servo.damping] + [0.0] * 7,
+        biasprm=[0.0, -stiffness, -damping] + [0.0] * 7,
         ctrllimited=True,
-        ctrlrange=[-servo.speed_limit, servo.speed_limit],
+        ctrlrange=[-speed, speed],
         forcelimited=True,
-        forcerange=[-servo.torque_limit, servo.torque_limit],
+        forcerange=[-torque, torque],
     )

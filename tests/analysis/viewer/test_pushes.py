@@ -143,10 +143,8 @@ def stance_by_the_model(robot: Robot, q: np.ndarray, psi: np.ndarray) -> Stance:
     C, V, J_c, J_r, r, heading = (part.full() for part in loads_function(robot)(q, psi))
     description = robot.description
     low, high = np.array([[one.thrust_min, one.thrust_max] for one in description.rotors]).T
-    torques = [description.shape_servo.torque_limit] * robot.n_joints
-    torques += [description.vectoring_servo.torque_limit] * robot.n_vectoring
-    given = C, low, high, robot.weight, r.ravel(), -float(heading.item()), V, J_c, J_r, np.array(torques)
-    return Stance(*given)
+    given = C, low, high, robot.weight, r.ravel(), -float(heading.item()), V, J_c, J_r
+    return Stance(*given, description.servos.torque_limit)
 
 
 def test_leans_count_from_the_level_also_while_it_leans(flown: Run) -> None:

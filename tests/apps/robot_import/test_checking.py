@@ -33,7 +33,7 @@ def test_the_laboratorys_names_are_recognised(lab_file):
     assert [(rotor.thrust_min, rotor.thrust_max) for rotor in d.rotors] == [(0.5, 12.0)] * 4
     assert [rotor.drag_torque_coefficient for rotor in d.rotors] == [-0.0172, 0.0172, -0.0172, 0.0172]
     assert d.root == d.measured_link == "main"
-    assert (d.vectoring_servo.torque_limit, d.vectoring_servo.speed_limit) == (3.0, 8.0)
+    assert {*d.vectoring_servos.torque_limit, *d.vectoring_servos.speed_limit} == {3.0, 8.0}
     assert report.actuation is not None
     assert report.actuation.rank == 4
     assert report.actuation.rank_moving == 6

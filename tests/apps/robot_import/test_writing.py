@@ -135,9 +135,9 @@ def package(tmp_path):
 def test_xacro_with_the_tables_of_its_name(package):
     report = check_robot_file(package / "robots" / "small")
     assert report.can_hover, report.reasons
-    rotor, servo = report.description.rotors[0], report.description.vectoring_servo
+    rotor, servo = report.description.rotors[0], report.description.vectoring_servos
     assert (rotor.thrust_min, rotor.thrust_max, rotor.lag) == (0.5, 10.0, pytest.approx(0.01))
-    assert (servo.stiffness, servo.damping) == (7.0, 0.3)
+    assert {*servo.stiffness, *servo.damping} == {7.0, 0.3}
     said = {doubt.what: doubt.value for doubt in report.doubts}
     assert "12 N in the URDF and 10 N in MotorInfo.yaml (at 23.2 V)" in said["greatest thrust"]
     assert "0.0172 m in the URDF and 0.02 m" in said["drag torque per thrust"]

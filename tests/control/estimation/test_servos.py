@@ -49,8 +49,6 @@ def test_a_joint_follows_its_set_point_with_a_lag_of_friction_over_stiffness() -
     state, step, known = initial_servos(ROBOT)._replace(started=1.0), 1e-3, ROBOT.description
     for _ in range(40):
         state, _ = watch_servos(ROBOT, state, np.full(COUNT, step), np.zeros(COUNT), DT)
-    servos = [known.shape_servo] * ROBOT.n_joints + [known.vectoring_servo] * ROBOT.n_vectoring
-    names = (*known.shape_joints, *known.vectoring_joints)
-    friction = [servo.damping + known.joint(name).damping for servo, name in zip(servos, names, strict=True)]
-    lag = np.array(friction) / [servo.stiffness for servo in servos]
+    friction = known.servos.damping + [known.joint(name).damping for name in known.moving_joints]
+    lag = friction / known.servos.stiffness
     np.testing.assert_allclose(state.angles, step * (1.0 - np.exp(-40 * DT / lag)), rtol=1e-6)

@@ -19,7 +19,7 @@ AGAINST = np.array([-2.39, -1.59, -4.71, 0.49, 1.36, -1.49])
 def held_shares(robot, joint_angles, vectoring_angles):
     """Which share of its torque each servo of the shape joints gives in hover; above 1 it lets go."""
     torque = joint_torque_function(robot)(joint_angles, vectoring_angles).full().ravel()
-    return np.abs(torque) / robot.description.shape_servo.torque_limit
+    return np.abs(torque) / robot.description.shape_servos.torque_limit
 
 
 @pytest.mark.parametrize("name", ["hydrus_xi_quad", "dragon"])
@@ -28,7 +28,7 @@ def test_they_are_what_the_engines_servos_give_after_take_off(name):
     robot, plant, data = takeoff.robot, takeoff.plant, takeoff.start
     q, psi = data.qpos[list(plant.joint_qpos)], data.qpos[list(plant.vectoring_qpos)]
     set_points = data.act[robot.n_rotors :][: robot.n_joints]
-    torque = robot.description.shape_servo.stiffness * (set_points - q)
+    torque = robot.description.shape_servos.stiffness * (set_points - q)
     assert np.abs(torque).max() > 0.2
     assert joint_torque_function(robot)(q, psi).full().ravel() == pytest.approx(-torque, abs=5e-3)
     assert np.abs(set_points - q).max() > 1e-3

@@ -221,7 +221,7 @@ def _named(motors: MotorTable) -> str:
 def _servo(
     group: str, tree: UrdfTree, joints: tuple[Element, ...], tables: LabTables, doubts: list[Doubt]
 ) -> Servo:
-    """Gains of the laboratory's table, else assumed; limits of the weakest and the slowest joint."""
+    """Gains of the laboratory's table, else assumed; limits as the file says them, of each joint."""
     gains = tables.servos.get(group)
     if gains is None:
         gains = _SERVOS[group].stiffness, _SERVOS[group].damping
@@ -229,12 +229,8 @@ def _servo(
         doubts.append(
             Doubt(f"gains of the servos of {group}", value, "say them in a mapping file, as measured")
         )
-    limits = dict[str, float]()
-    for key, unit in (("effort", "N m"), ("velocity", "rad/s")):
-        said = [tree.limit(joint, key) for joint in joints]
-        limits[key] = min(said)
-        if max(said) > limits[key]:
-            value = f"is {min(said):g} .. {max(said):g} {unit}; the least is taken for all"
-            doubts.append(Doubt(f"{key} limit of {group}", value, "none, if the weakest servo will do"))
-    effort, speed = np.clip(limits["effort"], 1e-3, 1e5), np.clip(limits["velocity"], 1e-3, 1e3)
-    return Servo(*gains, torque_limit=float(effort), speed_limit=float(speed))
+    limits = list[float | tuple[float, ...]]()
+    for key, most in (("effort", 1e5), ("velocity", 1e3)):
+        said = [float(np.clip(tree.limit(joint, key), 1e-3, most)) for joint in joints]
+        limits.append(said[0] if len(set(said)) == 1 else tuple(said))
+    return Servo(*gains, *limits)

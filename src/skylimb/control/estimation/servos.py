@@ -71,15 +71,10 @@ def _servos(robot: Robot) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
     A rotor's drag bends the vectoring joint that it sits on, as fast as its thrust changes.
     """
-    known, speed, lag = robot.description, [], []
+    known, servos = robot.description, robot.description.servos
     drag = max(np.array([abs(rotor.drag_torque_coefficient) * rotor.thrust_max for rotor in known.rotors]))
-    bend = drag / known.vectoring_servo.stiffness * np.ones(robot.n_vectoring)
-    for names, servo in (
-        (known.shape_joints, known.shape_servo),
-        (known.vectoring_joints, known.vectoring_servo),
-    ):
-        for name in names:
-            friction = servo.damping + known.joint(name).damping
-            speed.append(np.fmin(servo.speed_limit, servo.torque_limit / np.fmax(friction, 1e-9)))
-            lag.append(np.fmax(friction / servo.stiffness, 1e-3))
-    return np.array(speed), np.array(lag), ASTRAY + np.concatenate([np.zeros(robot.n_joints), bend])
+    bend = drag / known.vectoring_servos.stiffness
+    friction = servos.damping + np.array([known.joint(name).damping for name in known.moving_joints])
+    speed = np.fmin(servos.speed_limit, servos.torque_limit / np.fmax(friction, 1e-9))
+    lag = np.fmax(friction / servos.stiffness, 1e-3)
+    return speed, lag, ASTRAY + np.concatenate([np.zeros(robot.n_joints), bend])

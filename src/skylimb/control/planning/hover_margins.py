@@ -29,6 +29,6 @@ def hover_margins_function(robot: Robot) -> ca.Function:
     swing = ca.sqrt(ca.sum2(scale * scale))
     least, most = robot.thrust_limits()
     margins = ca.vertcat((state.hover_thrusts - least) / swing, (most - state.hover_thrusts) / swing)
-    servo = robot.description.shape_servo
-    shares = servo.stiffness * (rest - q) / servo.torque_limit
+    servos = robot.description.shape_servos
+    shares = servos.stiffness * (rest - q) / servos.torque_limit
     return ca.Function("hover", [q, psi], [margins, state.R_root_C[:2, 2], shares], {"cse": True})

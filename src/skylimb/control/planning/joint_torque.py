@@ -45,5 +45,5 @@ def rest_function(robot: Robot) -> ca.Function:
     q, psi = ca.MX.sym("q", robot.n_joints), ca.MX.sym("psi", robot.n_vectoring)
     rest = q
     for _ in range(_STEPS if robot.n_joints else 0):
-        rest = q + joint_torque_function(robot)(rest, psi) / robot.description.shape_servo.stiffness
+        rest = q + joint_torque_function(robot)(rest, psi) / robot.description.shape_servos.stiffness
     return ca.Function("rest", [q, psi], [rest])

@@ -71,11 +71,11 @@ def posture_path(config: PostureConfig, robot: Robot, start: np.ndarray) -> Post
         ConfigError: for a posture with the wrong number of joints, or a speed above the servos'.
         UnreachableError: for a posture beyond the joints' limits.
     """
-    servo = robot.description.shape_servo
-    if config.waypoints and config.speed > servo.speed_limit:
+    fastest = min(robot.description.shape_servos.speed_limit, default=np.inf)
+    if config.waypoints and config.speed > fastest:
         raise ConfigError(
             f"posture.speed = {config.speed:g} rad/s is above the joint speed of {robot.name}, "
-            f"{servo.speed_limit:g} rad/s"
+            f"{fastest:g} rad/s"
         )
     times, postures = [0.0], [np.asarray(start, dtype=float)]
     lower, upper = robot.joint_limits()

@@ -121,10 +121,9 @@ def _load_function(robot: Robot) -> ca.Function:
     lean, thrusts, bend = column[:2], column[2 : 2 + n], column[2 + n :]
     there, rotors, description = q + bend, robot.description.rotors, robot.description
     left, torques = rests(robot, there, psi, lean, thrusts, ca.SX(rot_z(-yaw)) @ p)
-    servos = description.shape_servo, description.vectoring_servo
-    most = np.array([servos[0].torque_limit] * nq + [servos[1].torque_limit] * nv) * WITHIN.servo
+    servos, most = description.shape_servos, description.servos.torque_limit * WITHIN.servo
     given = ca.vertcat(torques / most, -torques / most, ca.sumsqr(lean) / WITHIN.tilt**2)
-    bent = (servos[0].stiffness * bend - torques[:nq]) / servos[0].torque_limit
+    bent = (servos.stiffness * bend - torques[:nq]) / servos.torque_limit
     scale = right_inverse(robot.wrench_function(there, psi)[2:, :])[:, 1:]
     sizes = ca.sqrt(ca.sum2(scale * scale))
     least, high = robot.thrust_limits()

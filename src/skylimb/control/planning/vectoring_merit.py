@@ -110,7 +110,7 @@ def _strain(robot: Robot, q: ca.SX, psi: ca.SX) -> ca.SX:
     """By how much each shape joint's servo gives more than `SPARED` of its torque, (nq,)."""
     if robot.n_joints == 0:
         return ca.SX.zeros(0)
-    given = joint_torque_function(robot)(q, psi) / robot.description.shape_servo.torque_limit
+    given = joint_torque_function(robot)(q, psi) / robot.description.shape_servos.torque_limit
     return ca.fmax(ca.fabs(given) - SPARED, 0.0)
 
 

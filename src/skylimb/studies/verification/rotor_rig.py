@@ -12,14 +12,13 @@ import numpy as np
 
 from skylimb.base.bound_function import BoundFunction
 from skylimb.robots.description import (
-    NO_SERVO,
     Inertial,
     Joint,
     Link,
     PostureFamily,
     RobotDescription,
     Rotor,
-    Servo,
+    Servos,
     Tip,
 )
 from skylimb.robots.model import Robot
@@ -68,11 +67,16 @@ def description(
     )  # fmt: skip
     return RobotDescription(
         "rig", "", "body", tuple(links), () if hinge is None else (hinge,), rotors,
-        () if hinge is None else ("hinge",), (), Servo(1e-9, 0.0, 1e-9, 1.0), NO_SERVO, np.zeros(0),
+        () if hinge is None else ("hinge",), (), _servos(len(links) - 1), _servos(0), np.zeros(0),
         Tip("body", np.array([0.5, 0.0, 0.0]), 0.004),
         PostureFamily(np.zeros(len(links) - 1), np.zeros(len(links) - 1), 0.0, 1.0, 0.0),
         "body", "rig", Path(), gravity=0.0,
     )  # fmt: skip
+
+
+def _servos(n: int) -> Servos:
+    """Of hinges that nothing holds."""
+    return Servos(*(value * np.ones(n) for value in (1e-9, 0.0, 1e-9, 1.0)))
 
 
 @dataclass
