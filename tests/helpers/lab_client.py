@@ -34,7 +34,8 @@ class Client:
         self.state, self.odom, self.joints = -1, None, None
         self.states: list[int] = []
         self.frames: dict[str, str] = {}
-        rospy.Subscriber("/tf", TFMessage, self._tf)
+        for topic in ("/tf", "/tf_static"):
+            rospy.Subscriber(topic, TFMessage, self._tf)
         rospy.Subscriber(f"{NAMESPACE}/flight_state", UInt8, self._state)
         rospy.Subscriber(f"{NAMESPACE}/uav/cog/odom", Odometry, self._odom)
         rospy.Subscriber(f"{NAMESPACE}/joint_states", JointState, self._joints)

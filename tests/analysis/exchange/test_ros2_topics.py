@@ -14,7 +14,7 @@ from skylimb.analysis.exchange.frames import lab_link
 from skylimb.analysis.exchange.lab_messages import TickView
 from skylimb.analysis.exchange.lab_topics import Topic
 from skylimb.analysis.exchange.messages import Desire, FourAxes, Imu, Nav, Pwms
-from skylimb.analysis.exchange.ros2_topics import TF_STATIC, VIEWS, OwnNames, spoken
+from skylimb.analysis.exchange.ros2_topics import VIEWS, OwnNames, spoken
 from skylimb.analysis.exchange.ros2_types import Ros2Types
 from skylimb.base.rotations import rotation_from_quaternion
 from skylimb.robots.loader import load_robot
@@ -74,7 +74,7 @@ def test_all_links_hang_together_as_the_robot_does(seed: int) -> None:
         )
         np.testing.assert_allclose(poses[link.name][1], turn @ found[:, 1:], atol=1e-9)
     np.testing.assert_allclose(poses["cog"][0], tick.body.cog, atol=1e-9)
-    assert TF_STATIC.latched
+    assert topics.TF_STATIC.latched
 
 
 def test_the_velocity_of_an_odometry_is_in_its_childs_axes() -> None:

@@ -12,7 +12,7 @@ import pytest
 import skylimb
 from skylimb.analysis.exchange.body import Bodies
 from skylimb.analysis.exchange.frames import lab_link
-from skylimb.analysis.exchange.lab_messages import Names, TickView, full_state, transforms
+from skylimb.analysis.exchange.lab_messages import Names, TickView, full_state, mounts, transforms
 from skylimb.analysis.exchange.lab_topics import IMU, JOINT_STATES, MOCAP
 from skylimb.analysis.exchange.messages import Imu, Joints, Pose, ServoStates
 from skylimb.apps.ros.lab_config import read_lab_config
@@ -205,6 +205,38 @@ def test_frames_lead_from_the_world_to_the_centre_of_gravity() -> None:
     np.testing.assert_allclose(turned, body.R_W_link, atol=1e-9)
     level = R @ rotation_from_quaternion(np.array(root["transform.rotation"]))
     assert np.arctan2(level[1, 0], level[0, 0]) == pytest.approx(body.yaw, abs=0.01)
+
+
+@pytest.mark.parametrize("board", ["flight_controller", "fc"])
+def test_every_link_hangs_on_one_parent_below_the_world(board: str) -> None:
+    """Also of a robot whose own description has a link of the lab's name."""
+    robot, names = Steered(), Names(ROBOT, "/lab")
+    robot.hover()
+    measured, link = robot.plant.truth(), names.link
+    names.link = lambda name: link(board if name == LINK else name)  # type: ignore[method-assign]
+    body = Bodies(ROBOT, LINK).of(measured)
+    view = TickView(3.0, names, body, np.concatenate(measured[4:6]))
+    moving, fixed = transforms(view), mounts(view)
+    assert moving is not None
+    assert fixed is not None
+    waiting = [*moving["transforms"], *fixed["transforms"]]
+    assert len({one["child_frame_id"] for one in waiting}) == len(waiting)
+    poses = {"world": (np.zeros(3), np.eye(3))}
+    while waiting:
+        one = next(one for one in waiting if one["header.frame_id"] in poses)
+        waiting.remove(one)
+        there, axes = poses[one["header.frame_id"]]
+        R = np.asarray(rotation_from_quaternion(np.array(one["transform.rotation"])))
+        poses[one["child_frame_id"]] = there + axes @ one["transform.translation"], axes @ R
+    for name, place, R in (
+        ("lab/cog", body.cog, None),
+        ("lab/fc", body.link, body.R_W_link),
+        (names.link(LINK), body.link, body.R_W_link),
+        (names.link(ROBOT.description.measured_link), body.root, body.R_W_root),
+    ):
+        np.testing.assert_allclose(poses[name][0], place, atol=1e-9)
+        np.testing.assert_allclose(poses[name][1], poses[name][1] if R is None else R, atol=1e-9)
+    assert {names.link(one.name) for one in ROBOT.description.links} <= set(poses)
 
 
 def test_the_full_state_is_that_of_the_centre_of_gravity_and_of_the_labs_link() -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from skylimb.analysis.exchange.body import Bodies
 from skylimb.analysis.exchange.codec import message_of
 from skylimb.analysis.exchange.frames import felt_by
-from skylimb.analysis.exchange.lab_messages import Names, TickView
+from skylimb.analysis.exchange.lab_messages import Names, TickView, mounts
 from skylimb.analysis.exchange.lab_topics import (
     COG,
     EACH_TICK,
@@ -19,10 +19,11 @@ from skylimb.analysis.exchange.lab_topics import (
     NAMESPACE,
     ROW,
     TF,
+    TF_STATIC,
     Topic,
     is_due,
 )
-from skylimb.analysis.exchange.ros2_topics import TF_STATIC, OwnNames, described, mounts, spoken
+from skylimb.analysis.exchange.ros2_topics import OwnNames, described, spoken
 from skylimb.analysis.exchange.run_topics import record_messages, row_table
 from skylimb.analysis.exchange.stream import Message
 from skylimb.analysis.recording.run import Run

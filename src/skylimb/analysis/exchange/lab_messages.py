@@ -8,7 +8,7 @@ of gravity. A message that nobody here reads is made as fields by their path.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -20,6 +20,7 @@ from skylimb.analysis.exchange.messages import FourAxes, Imu, Joints, Pose, Quat
 from skylimb.base.rotations import (
     quaternion_from_rotation,
     rot_z,
+    rotation_from_axis_angle,
     rotation_from_quaternion,
     rotation_from_rpy,
     rpy_from_rotation,
@@ -29,6 +30,12 @@ from skylimb.robots.model import Robot
 
 Fields = dict[str, Any]
 """Fields of a message by their path."""
+
+Placed = tuple[np.ndarray, np.ndarray]
+"""A place, m, (3,), and axes, (3, 3)."""
+
+Frame = tuple[str, str, np.ndarray, np.ndarray]
+"""Parent and child, and the child's place, m, (3,), and axes, (3, 3), in the parent."""
 
 _UNKNOWN = (np.nan, np.nan, np.nan)
 
@@ -46,6 +53,7 @@ class Names:
 
     def __init__(self, robot: Robot, namespace: str = "hydrus_xi") -> None:
         description, self._namespace = robot.description, namespace.strip("/")
+        self._description = description
         self.joints = description.shape_joints
         self.mass = sum(link.inertial.mass for link in description.links)
         self.gimbals = tuple(name.replace("gimbal_joint", "gimbal") for name in description.vectoring_joints)
@@ -53,6 +61,40 @@ class Names:
     def frame(self, name: str) -> str:
         """A frame of the robot, as the lab calls it."""
         return f"{self._namespace}/{name}"
+
+    def link(self, name: str) -> str:
+        """The frame of one of its links."""
+        return f"{self._namespace}/{name}"
+
+    def links(self, angles: np.ndarray, *, moving: bool | None = None) -> Iterator[Frame]:
+        """Links in their parents.
+
+        Args:
+            angles: of joints and gimbals, rad.
+            moving: only those whose joint moves, or only those whose joint never does.
+        """
+        turning = (*self._description.shape_joints, *self._description.vectoring_joints)
+        known = dict(zip(turning, angles, strict=True))
+        for joint in self._description.joints:
+            if moving is None or moving == (joint.name in known):
+                turned = rotation_from_axis_angle(joint.axis, known.get(joint.name, 0.0))
+                yield self.link(joint.parent), self.link(joint.child), joint.xyz, np.asarray(joint.R @ turned)
+
+    def root(self, angles: np.ndarray, measured: Placed) -> tuple[str, np.ndarray, np.ndarray]:
+        """The first link of the URDF in W, from the measured link's pose there."""
+        first = self.link(self._description.root)
+        poses: dict[str, Placed] = {first: (np.zeros(3), np.eye(3))}
+        for parent, child, place, R in self.links(angles):
+            there, axes = poses[parent]
+            poses[child] = there + axes @ place, axes @ R
+        there, axes = poses[self.link(self._description.measured_link)]
+        R = measured[1] @ axes.T
+        return first, measured[0] - R @ there, R
+
+    def fixed(self, angles: np.ndarray) -> Iterator[Frame]:
+        """Frames that never move in their parents: the first link is the lab's root."""
+        yield self.frame("root"), self.link(self._description.root), np.zeros(3), np.eye(3)
+        yield from self.links(angles, moving=False)
 
 
 @dataclass(frozen=True)
@@ -171,15 +213,25 @@ def full_state(tick: TickView, body: Body) -> Fields:
 
 @_of_body
 def transforms(tick: TickView, body: Body) -> Fields:
-    """The robot's root in the world; centre of gravity and the lab's link in the root."""
-    root, turn = tick.names.frame("root"), body.R_W_root.T
-    R_cog = turn @ body.R_WC @ np.asarray(rot_z(body.yaw_in_C))
-    frames = (
-        (WORLD, root, body.root, body.R_W_root),
-        (root, tick.names.frame("cog"), turn @ (body.cog - body.root), R_cog),
-        (root, tick.names.frame("fc"), turn @ (body.link - body.root), turn @ body.R_W_link),
-    )
-    return {"transforms": [transform(tick, *one) for one in frames]}
+    """The robot's root in the world; in it the centre of gravity and the lab's link; links that move."""
+    names, root = tick.names, tick.names.frame("root")
+    place, R = body.root, body.R_W_root
+    moving, known = list[Frame](), set[str]()
+    if tick.angles is not None:
+        _, place, R = names.root(tick.angles, (place, R))
+        moving, known = [*names.links(tick.angles, moving=True)], {one[1] for one in names.links(tick.angles)}
+    R_cog = R.T @ body.R_WC @ np.asarray(rot_z(body.yaw_in_C))
+    frames = [(WORLD, root, place, R), (root, names.frame("cog"), R.T @ (body.cog - place), R_cog)]
+    if names.frame("fc") not in known:  # a frame has one parent
+        frames.append((root, names.frame("fc"), R.T @ (body.link - place), R.T @ body.R_W_link))
+    return {"transforms": [transform(tick, *one) for one in (*frames, *moving)]}
+
+
+def mounts(tick: TickView) -> Fields | None:
+    """What does not move in its parent."""
+    if tick.angles is None:
+        return None
+    return {"transforms": [transform(tick, *one) for one in tick.names.fixed(tick.angles)]}
 
 
 @_of_body

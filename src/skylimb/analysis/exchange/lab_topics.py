@@ -93,6 +93,7 @@ REFERENCE = Topic(
     ("cog_position_reference",),
 )  # fmt: skip
 TF = Topic("/tf", "tf2_msgs/msg/TFMessage", 100.0, made.transforms)
+TF_STATIC = Topic("/tf_static", TF.type, 1.0, made.mounts, latched=True)
 CLOCK = Topic("/clock", "rosgraph_msgs/msg/Clock", 200.0, lambda tick: {"clock": tick.stamp})
 STATE = Topic("flight_state", "std_msgs/msg/UInt8", 40.0, attrgetter("state"))
 PID = Topic("debug/pose/pid", "aerial_robot_msgs/msg/PoseControlPid", 40.0, made.pose_errors)
@@ -144,7 +145,7 @@ ACTUATORS = (
 )
 """What a controller commands."""
 
-VIEWS = (STATE, COG, BASELINK, FULL_STATE, TF, PID, WRENCH, ROW, RECORD, SOURCE, DIAGNOSTICS)
+VIEWS = (STATE, COG, BASELINK, FULL_STATE, TF, TF_STATIC, PID, WRENCH, ROW, RECORD, SOURCE, DIAGNOSTICS)
 """What anybody may look at."""
 
 

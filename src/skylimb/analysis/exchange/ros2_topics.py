@@ -11,16 +11,9 @@ import numpy as np
 from skylimb.analysis.exchange import lab_messages as made
 from skylimb.analysis.exchange import lab_topics as topics
 from skylimb.analysis.exchange.codec import WORLD
-from skylimb.analysis.exchange.lab_messages import Fields, Names, TickView, header
+from skylimb.analysis.exchange.lab_messages import Fields, Frame, Names, TickView, header
 from skylimb.analysis.exchange.lab_topics import Topic
-from skylimb.base.rotations import rotation_from_axis_angle
 from skylimb.robots.model import Robot
-
-Pose = tuple[np.ndarray, np.ndarray]
-"""A place, m, (3,), and axes, (3, 3)."""
-
-Frame = tuple[str, str, np.ndarray, np.ndarray]
-"""Parent and child, and the child's place, m, (3,), and axes, (3, 3), in the parent."""
 
 
 class OwnNames(Names):
@@ -33,35 +26,19 @@ class OwnNames(Names):
 
     def __init__(self, robot: Robot, namespace: str = "") -> None:
         super().__init__(robot, namespace)
-        self._description = robot.description
         self.gimbals = self._description.vectoring_joints
 
     def frame(self, name: str) -> str:
         """A link's own name; `fc` is the one that the IMU sits on."""
         return self._description.imu.link if name == "fc" else name
 
-    def links(self, angles: np.ndarray, *, moving: bool | None = None) -> Iterator[Frame]:
-        """Links in their parents.
+    def link(self, name: str) -> str:
+        """A link's own name."""
+        return name
 
-        Args:
-            angles: of joints and gimbals, rad.
-            moving: only those whose joint moves, or only those whose joint never does.
-        """
-        known = dict(zip((*self.joints, *self.gimbals), angles, strict=True))
-        for joint in self._description.joints:
-            if moving is None or moving == (joint.name in known):
-                turned = rotation_from_axis_angle(joint.axis, known.get(joint.name, 0.0))
-                yield joint.parent, joint.child, joint.xyz, np.asarray(joint.R @ turned)
-
-    def root(self, angles: np.ndarray, measured: Pose) -> tuple[str, np.ndarray, np.ndarray]:
-        """The URDF's root in W, from the measured link's pose there."""
-        poses: dict[str, Pose] = {self._description.root: (np.zeros(3), np.eye(3))}
-        for parent, child, place, R in self.links(angles):
-            there, axes = poses[parent]
-            poses[child] = there + axes @ place, axes @ R
-        there, axes = poses[self._description.measured_link]
-        R = measured[1] @ axes.T
-        return self._description.root, measured[0] - R @ there, R
+    def fixed(self, angles: np.ndarray) -> Iterator[Frame]:
+        """Links that never move in their parents."""
+        yield from self.links(angles, moving=False)
 
 
 def transforms(tick: TickView) -> Fields | None:
@@ -73,14 +50,6 @@ def transforms(tick: TickView) -> Fields | None:
     frames: list[Frame] = [(WORLD, root, place, R), (WORLD, "cog", body.cog, body.R_WC)]
     frames += names.links(angles, moving=True)
     return {"transforms": [made.transform(tick, *one) for one in frames]}
-
-
-def mounts(tick: TickView) -> Fields | None:
-    """Links that do not move in their parents."""
-    names, angles = tick.names, tick.angles
-    if angles is None or not isinstance(names, OwnNames):
-        return None
-    return {"transforms": [made.transform(tick, *one) for one in names.links(angles, moving=False)]}
 
 
 def imu(tick: TickView) -> Fields | None:
@@ -130,7 +99,6 @@ def markers(tick: TickView) -> Fields | None:
     return {"markers": found} if found else None
 
 
-TF_STATIC = Topic("/tf_static", topics.TF.type, make=mounts, latched=True)
 DESCRIPTION = Topic("robot_description", topics.MISSION.type, latched=True)
 SCENE = Topic("scene", "visualization_msgs/msg/MarkerArray", latched=True)
 MARKERS = Topic("markers", SCENE.type, 20.0, markers)
@@ -150,7 +118,7 @@ _OTHERWISE = (
 )
 _BY_NAME = {topic.name: topic for topic in _OTHERWISE}
 
-VIEWS = (TF_STATIC, DESCRIPTION, SCENE, MARKERS, replace(topics.REFERENCE, make=wanted, called="cog/target"))
+VIEWS = (DESCRIPTION, SCENE, MARKERS, replace(topics.REFERENCE, make=wanted, called="cog/target"))
 """What anybody may look at besides what ROS 1 has."""
 
 
