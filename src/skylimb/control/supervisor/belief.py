@@ -104,7 +104,7 @@ def believed(
     late, loss, lost = watch.late, watch.loss, Seen(0.0 * watch.loss.left, 0.0, 0.0)
     if limits.losses:
         commanded = stack(watch.command.joint_angles, watch.command.vectoring_angles)
-        servos, astray = watch_servos(robot, servos, commanded, angles, dt)
+        servos, astray = watch_servos(robot, servos, commanded, angles, prediction.thrusts, dt)
         # Servos give way where thrusts change fast: without a rotor, as a pose comes back, or far too late.
         calm = within(watch.loss.left, 1.0, np.inf) * over(back, SHAKEN)
         astray = astray * calm * within(late.late, 0.0, MOST)
