@@ -118,7 +118,7 @@ _Each = float | tuple[float, ...]
 
 @configuration
 class Servo:
-    """Position servos: torque = stiffness * error - damping * speed. One number for all, or [one for each]."""
+    """Position servos: torque = stiffness * error - damping * speed. A number for all, or [one for each]."""
 
     stiffness: Annotated[_Each, Key("N m/rad", "torque per error", above=0.0, high=1e6)]
     damping: Annotated[_Each, Key("N m s/rad", "torque per speed", low=0.0, high=1e5)]
