@@ -7,6 +7,7 @@ import threading
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from types import FrameType
+from typing import Any
 
 
 @contextmanager
@@ -21,3 +22,17 @@ def answering(numbers: Iterable[int], answer: Callable[[int, FrameType | None], 
     finally:
         for number, earlier in before.items():
             signal.signal(number, earlier)
+
+
+def solved(solver: Any) -> bool:
+    """Whether the last call of a nonlinear solver (a `casadi.Function` by IPOPT) found something.
+
+    IPOPT swallows the Ctrl-C that ends a search and calls it a failed one; a plan would go on with the next.
+
+    Raises:
+        KeyboardInterrupt: the search was interrupted.
+    """
+    stats = solver.stats()
+    if stats["return_status"] == "NonIpopt_Exception_Thrown":
+        raise KeyboardInterrupt
+    return bool(stats["success"])

@@ -28,6 +28,7 @@ from typing import Any
 
 import numpy as np
 
+from skylimb.base.interrupts import solved
 from skylimb.base.rotations import rot_z
 from skylimb.robots.equilibrium_program import programme_of
 from skylimb.robots.equilibrium_results import LEVEL, USUAL, Held, Limit, NotHeld, Within
@@ -192,7 +193,7 @@ class _Question:
         for gives in (0.0, _FAR):
             found = programme.solver(x0=start, ubx=[*high[:-1], gives], **given)
             balanced = found["g"].full().ravel()[: 6 if self.within.stiff else 6 + self.robot.n_joints]
-            if programme.solver.stats()["success"] and np.abs(balanced).max() < _EXACT:
+            if solved(programme.solver) and np.abs(balanced).max() < _EXACT:
                 return self._told(found)
         return NotHeld(None, math.inf), 0.0
 

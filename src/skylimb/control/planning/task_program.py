@@ -12,6 +12,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from skylimb.base.interrupts import solved
 from skylimb.base.rotations import rot_z
 from skylimb.base.statics import turned_back
 from skylimb.control.planning.nlp import ipopt
@@ -94,7 +95,7 @@ class TaskProgram:
             ubg[: rest + given] = [*bent, *[np.inf if stiff else 1.0] * given]
             bounds = [np.nan_to_num(np.array(one), posinf=1e19, neginf=-1e19) for one in (lbx, ubx, lbg, ubg)]
             found = self._solver(x0=x0, p=p, lbx=bounds[0], ubx=bounds[1], lbg=bounds[2], ubg=bounds[3])
-            if not self._solver.stats()["success"] or float(found["x"][-2]) < 0.0:
+            if not solved(self._solver) or float(found["x"][-2]) < 0.0:
                 return None
             x0 = found["x"]
         x = found["x"].full().ravel()
