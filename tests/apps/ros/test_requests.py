@@ -19,6 +19,9 @@ from skylimb.apps.ros.targets import Place, Targets
 
 LEVEL = (1.0, 0.0, 0.0, 0.0)
 START = Place(np.array([0.0, 0.0, 1.0]), 0.0, 0.5)
+STANDS = np.array([math.pi / 2 - 0.5, 1.0, -0.5])
+"""Joint angles of the family's posture of 0.5 rad."""
+
 NAV = Nav(0, 0, 0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
@@ -26,7 +29,9 @@ NAV = Nav(0, 0, 0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 def ask() -> Callable[..., Targets]:
     requests = Requests(skylimb.load_robot("hydrus_xi_quad"), FlightLimits())
 
-    def asked(message: Any, now: float = 10.0, offset: float = 0.0) -> Targets:
+    def asked(message: Any, now: float = 10.0, offset: float = 0.0) -> Any:
+        if isinstance(message, Joints):
+            return requests.in_family(requests.joints(message, STANDS))
         return requests.targets(Targets(START, now), message, now, offset)
 
     return asked
@@ -85,7 +90,7 @@ def test_velocity_is_the_derivative_of_the_way(ask: Any) -> None:
         (Joints(0.0, ("joint1", "joint1"), (1.0, 1.0)), "2 angles for 1 joints"),
         (Joints(0.0, (), (1.0,)), "1 angles for 3 joints"),
         (Joints(0.0, ("joint1",), (math.nan,)), "no number"),
-        (Joints(0.0, ("joint1",), (0.0,)), "the nearest one flown is"),
+        (Joints(0.0, ("joint1",), (1.9,)), "joint1 = 1.90 rad is beyond its -1.57 .. 1.57 rad"),
     ],
 )
 def test_what_cannot_be_is_refused(ask: Any, message: Any, words: str) -> None:
@@ -116,11 +121,11 @@ def test_a_path_goes_through_its_poses_at_rest(ask: Any) -> None:
     np.testing.assert_allclose(way[-1], [1.0, 1.0, 1.0], atol=1e-9)
 
 
-def test_joints_move_within_the_family_of_postures(ask: Any) -> None:
-    out = ask(Joints(0.0, ("joint2", "joint1", "joint3"), (1.2, 0.97, -0.6)))
-    assert out.legs[0].end.theta == pytest.approx(0.6, abs=0.01)
-    assert ask(Joints(0.0, (), (0.9708, 1.2, -0.6))).legs[0].end.theta == pytest.approx(0.6, abs=1e-3)
-    assert ask(Joints(0.0, ("gimbal1",), (3.0,))).legs[0].end.theta == 0.5
+def test_joints_are_known_by_name_and_as_a_posture_of_the_family(ask: Any) -> None:
+    assert ask(Joints(0.0, ("joint2", "joint1", "joint3"), (1.2, 0.97, -0.6))) == pytest.approx(0.6, abs=0.01)
+    assert ask(Joints(0.0, (), (0.9708, 1.2, -0.6))) == pytest.approx(0.6, abs=1e-3)
+    assert ask(Joints(0.0, ("gimbal1",), (3.0,))) == pytest.approx(0.5, abs=1e-9)
+    assert ask(Joints(0.0, ("joint1",), (0.0,))) is None
 
 
 def test_a_turn_goes_the_short_way(ask: Any) -> None:

@@ -7,12 +7,14 @@ from collections import Counter
 import numpy as np
 
 from skylimb.analysis.exchange.body import Body
+from skylimb.analysis.exchange.messages import Joints
+from skylimb.apps.ros.bending import Bending
 from skylimb.apps.ros.flyer import Flyer
 from skylimb.apps.ros.lift import Lift
-from skylimb.apps.ros.requests import RefusedError, Requests
+from skylimb.apps.ros.requests import Requests
 from skylimb.apps.ros.script import Script, after_tick
 from skylimb.apps.ros.states import Flying
-from skylimb.apps.ros.targets import Place, Targets, duration_of
+from skylimb.apps.ros.targets import Form, Place, RefusedError, Shape, Targets, duration_of
 from skylimb.apps.ros.tick import Inputs, Request, Tick
 from skylimb.control.estimation.calibration import SOUND
 from skylimb.control.loop.vehicle import nothing_measured
@@ -37,27 +39,27 @@ class Airborne:
         flyer: who flies, and with what.
         now: s.
         body: where the robot stands.
-        theta: shape angle of its posture, rad.
+        form: how it is bent.
         rises: whether it stands, and its rotors begin to turn.
 
     Attributes:
         targets: where it is led, while no mission or landing does.
-        theta: of the posture that is commanded, rad.
+        form: that is commanded.
         script: the mission under way; None without one.
         state: of the controller.
     """
 
-    def __init__(self, flyer: Flyer, now: float, body: Body, theta: float, rises: bool = True) -> None:
-        self._flyer, self.theta = flyer, theta
+    def __init__(self, flyer: Flyer, now: float, body: Body, form: Form, rises: bool = True) -> None:
+        self._flyer, self.form = flyer, form
         limits = flyer.limits
-        here = Place(body.cog, body.yaw, theta)
+        here = Place(body.cog, body.yaw, form)
         self._above = here._replace(position=np.array([*body.cog[:2], limits.takeoff_height]))
         ground = float(body.cog[2])
         self.lift = Lift(ground) if rises else Lift(ground, 1.0, True)
         self.targets = Targets(here, now)
         self._guard = flyer.guard()
         self._gains, self.state = self._guard.gains(), self._guard.initial_state()
-        q, psi, _, _ = flyer.references.posture(theta)
+        q, psi, _, _ = flyer.references.posture(form)
         self._hover = np.asarray(flyer.robot.at(q, psi).hover_thrusts)
         self._bounds = flyer.robot.thrust_limits()
         self._landing: Reference | None = None
@@ -65,6 +67,8 @@ class Airborne:
         self.script: Script | None = None
         self._failed = ""
         self._back = 0.0
+        self._bending: Bending | None = None
+        self._refused = Counter[str]()
 
     @property
     def reference(self) -> Reference | None:
@@ -98,7 +102,7 @@ class Airborne:
     @property
     def faults(self) -> Counter[str]:
         """How often each fault was met, by name."""
-        return self._guard.counts
+        return self._guard.counts + self._refused
 
     def broken(self, body: Body | None) -> str:
         """Why the flight has to be broken off; empty while it has not."""
@@ -126,7 +130,7 @@ class Airborne:
         self.lift = self.lift._replace(lifted=True)
         self._landing, self._landing_since = self.reference or self._flyer.held(self.targets.at(now)[1]), now
         self._back = BACK if touching else 0.0
-        self.script = None
+        self.script = self._bending = None
 
     def lead_to(self, requests: Requests, request: Request, inputs: Inputs) -> None:
         """Turn a request into targets.
@@ -136,7 +140,39 @@ class Airborne:
         """
         if self.script is not None:
             raise RefusedError(f"mission '{self.script.name}' is being flown")
-        self.targets = requests.targets(self.targets, request, inputs.now, inputs.stamp_offset)
+        if isinstance(request, Joints):
+            self._bend_to(requests, request, inputs.now)
+        else:
+            self.targets = requests.targets(self.targets, request, inputs.now, inputs.stamp_offset)
+
+    def _bend_to(self, requests: Requests, request: Joints, now: float) -> None:
+        """Along the family, or by a way that is looked for from the next tick on."""
+        references, here = self._flyer.references, self.targets.at(now)[0].place
+        shape = references.shape(here.form)
+        joints = requests.joints(request, shape.joints)
+        theta = requests.in_family(joints)
+        self.targets, self._bending = self.targets.hold(here, now), None
+        if theta is not None and not isinstance(here.form, Shape):
+            there = here._replace(form=theta)
+            self.targets = self.targets.go(there, now, duration_of(here, there, self._flyer.limits))
+            return
+        self._bending = references.bending(shape, joints, theta, self._flyer.limits)
+
+    def _bend(self, now: float, said: list[str]) -> None:
+        """A plan further on the way that is looked for; once it is found it is gone."""
+        bending = self._bending
+        if bending is None:
+            return
+        bending.plan()
+        if bending.refused:
+            said.append(f"joints refused: {bending.refused}")
+            self._refused["request refused"] += 1
+            self._bending = None
+        elif bending.done:
+            here = self.targets.at(now)[0].place
+            there = here._replace(form=bending.ends)
+            self.targets = self.targets.go(there, now, bending.duration, tuple(bending.rows))
+            self._bending = None
 
     def begin_mission(self, name: str, mission: Mission, now: float) -> None:
         """Go to the beginning of a mission and fly it.
@@ -154,9 +190,14 @@ class Airborne:
         for place in (path.min(axis=0), path.max(axis=0)):
             if outside := self._flyer.limits.outside(place):
                 raise RefusedError(f"it leads beyond the fence: {outside}")
-        self.script = Script(name, mission)
         there = self._flyer.references.place_of(mission.first)
         here = self.targets.at(now)[0].place
+        if isinstance(here.form, Shape) or self._bending is not None:
+            angles = ", ".join(f"{angle:.2f}" for angle in mission.first.joint_angles)
+            raise RefusedError(
+                f"it begins in the family of postures; joints_ctrl to ({angles}) rad leads back"
+            )
+        self.script = Script(name, mission)
         self.targets = self.targets.go(there, now, duration_of(here, there, self._flyer.limits))
 
     def fly(self, flying: Flying, inputs: Inputs, body: Body | None, said: list[str]) -> Tick:
@@ -167,7 +208,7 @@ class Airborne:
             self.lift = before.after(height, self._flyer.period, gravity)
             if self.lift.lifted > before.lifted:
                 self._rise(now, body, said)
-        reference, script = self._lead(now, body)
+        reference, script = self._lead(now, body, said)
         measurement = inputs.measurement or nothing_measured(self._flyer.robot, self._flyer.plan.needs.imu)
         self._guard.taken(inputs.taken)
         state, command, signals = self._guard.step(
@@ -184,7 +225,7 @@ class Airborne:
             self.script = after_tick(script, float(signals[PACE]) if self._flyer.plan.needs.paced else None)
             self._end_mission(self.script, now, said)
         flown, scale = self.reference or reference, self.lift.share
-        _, _, frames, _ = self._flyer.references.posture(self.theta)
+        _, _, frames, _ = self._flyer.references.posture(self.form)
         yaw = float(flown.heading) + frames.yaw_in_C - frames.tip_heading
         return Tick(flying, command, True, flown, signals, script, body, tuple(said), yaw, scale)
 
@@ -199,10 +240,10 @@ class Airborne:
 
     def _hovering(self, share: float) -> Command:
         """A share of the hover thrusts, in the posture that is commanded."""
-        q, psi, _, _ = self._flyer.references.posture(self.theta)
+        q, psi, _, _ = self._flyer.references.posture(self.form)
         return Command(np.clip(share * self._hover, *self._bounds), q, psi)
 
-    def _lead(self, now: float, body: Body | None) -> tuple[Reference, Script | None]:
+    def _lead(self, now: float, body: Body | None, said: list[str]) -> tuple[Reference, Script | None]:
         """The reference of now, and the mission that it is of."""
         flyer, script = self._flyer, self.script
         if self._landing is not None:
@@ -213,8 +254,9 @@ class Airborne:
             script = self.script = Script(script.name, script.mission, begun=True)
         if script is not None and script.begun:
             return script.reference(flyer.preview), script
+        self._bend(now, said)
         self.targets, target = self.targets.at(now)
-        self.theta = target.place.theta
+        self.form = target.place.form
         return flyer.held(target), script
 
     def take_over(self, now: float, said: list[str]) -> None:

@@ -13,14 +13,14 @@ from skylimb.analysis.exchange.body import Bodies, Body
 from skylimb.analysis.exchange.messages import Joints
 from skylimb.apps.ros.airborne import Airborne
 from skylimb.apps.ros.flyer import Flyer
-from skylimb.apps.ros.references import theta_of
-from skylimb.apps.ros.requests import RefusedError, Requests
+from skylimb.apps.ros.requests import Requests
 from skylimb.apps.ros.script import require_from_hover
 from skylimb.apps.ros.states import FlightState, Flying, Order, Seen
-from skylimb.apps.ros.targets import Target
+from skylimb.apps.ros.targets import Form, RefusedError, Shape, Target
 from skylimb.apps.ros.tick import Inputs, Received, Tick
 from skylimb.apps.ros.transitions import advance
 from skylimb.base.errors import unknown_name
+from skylimb.control.estimation.records import Measurement
 from skylimb.control.missions.reference import Reference
 from skylimb.control.records import Command
 from skylimb.flight.realtime.preflight import Check, Measured, checks
@@ -28,6 +28,9 @@ from skylimb.flight.realtime.watchdog import Watchdog
 
 FRESH = 0.1
 """Seconds for which a pose says where the robot is."""
+
+SAG = 0.1
+"""By which measured joints may be off the family's postures, as servos give way, rad."""
 
 
 class Pilot:
@@ -58,7 +61,7 @@ class Pilot:
         self._radio = np.inf
         self._foreign: tuple[str, ...] = ()
         self._now: tuple[Inputs, Body | None] = Inputs(0.0, None, -np.inf), None
-        self._theta = flyer.references.place_of(flyer.first).theta
+        self._form = flyer.references.place_of(flyer.first).form
         # On the ground nothing is flown, but what is measured is judged as in flight.
         self._watch = Watchdog(robot, self.flyer.guard_limits)
 
@@ -77,7 +80,7 @@ class Pilot:
             self._counts["request refused"] += len(received.requests) + bool(received.mission)
         if self.flight is not None:
             return self.flight.fly(self.flying, inputs, body, said)
-        q, psi, _, _ = self.flyer.references.posture(self._theta)
+        q, psi, _, _ = self.flyer.references.posture(self._form)
         command = Command(np.zeros(self.flyer.robot.n_rotors), q, psi)
         return Tick(self.flying, command, False, None, {}, None, body, tuple(said))
 
@@ -121,14 +124,19 @@ class Pilot:
             # It rises, or comes down from a flight that somebody else began.
             good = self._watch.good
             rises = state == FlightState.TAKEOFF
-            theta = self._theta if rises or good is None else theta_of(self.flyer.robot, good.joint_angles)
-            self.flight = Airborne(self.flyer, inputs.now, body, theta, rises)
+            form = self._form if rises or good is None else self._found(good)
+            self.flight = Airborne(self.flyer, inputs.now, body, form, rises)
             before = Flying()
         if self.flight is not None and landing and before.state != state:
             self.flight.land(inputs.now)
         elif self.flight is not None and not self.flying.in_air:
             self._counts += self.flight.faults
-            self._theta, self.flight = self.flight.theta, None
+            self._form, self.flight = self.flight.form, None
+
+    def _found(self, measured: Measurement) -> Form:
+        """How a robot is bent that flies already."""
+        theta = self._requests.in_family(measured.joint_angles, SAG)
+        return Shape(measured.joint_angles, measured.vectoring_angles) if theta is None else theta
 
     def _seen(self, inputs: Inputs, body: Body | None) -> Seen:
         """What the flight states judge by."""
@@ -180,7 +188,10 @@ class Pilot:
             with self._refusals(type(request).__name__.lower(), said):
                 if not isinstance(request, Joints):
                     raise RefusedError("nothing flies")
-                self._theta = self._requests.shape_angle(request, self._theta)
+                references = self.flyer.references
+                joints = self._requests.joints(request, references.shape(self._form).joints)
+                theta = self._requests.in_family(joints)
+                self._form = references.on_ground(joints) if theta is None else theta
         if received.mission:
             with self._refusals(f"mission '{received.mission}'", said):
                 raise RefusedError("nothing flies")

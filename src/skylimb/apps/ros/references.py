@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from skylimb.analysis.exchange.frames import LinkFrames, frames_at, frames_function
-from skylimb.apps.ros.targets import Place, Target
+from skylimb.apps.ros.bending import KEPT, Bending, shortfall
+from skylimb.apps.ros.limits import FlightLimits
+from skylimb.apps.ros.targets import Form, Place, RefusedError, Shape, Target
+from skylimb.base.errors import AllocationError
 from skylimb.base.rotations import rot_z
 from skylimb.control.missions.reference import Reference
 from skylimb.control.planning.posture import posture_family, standing
 from skylimb.control.planning.vectoring import vectoring_table
+from skylimb.control.planning.vectoring_step import first_vectoring, plan_vectoring
 from skylimb.robots.model import Robot
 
 
@@ -30,26 +36,68 @@ class References:
         self._template = template._replace(
             tare=0.0, align=0.0, adapt=0.0, touch=0.0, wait=0.0, tip_acceleration=np.zeros(3), ahead=()
         )
-        self._theta = self._family.theta_nominal
-        self._posture = self._made(self._theta)
+        self._form: Form = self._family.theta_nominal
+        self._posture = self._made(self._form)
 
-    def posture(self, theta: float) -> tuple[np.ndarray, np.ndarray, LinkFrames, np.ndarray]:
+    def posture(self, form: Form) -> tuple[np.ndarray, np.ndarray, LinkFrames, np.ndarray]:
         """Joint angles, vectoring angles, frames, and tip seen from the centre of gravity at heading 0."""
-        if theta != self._theta:
-            self._posture, self._theta = self._made(theta), theta
+        outside = isinstance(form, Shape) or isinstance(self._form, Shape)
+        if form is not self._form and (outside or form != self._form):
+            self._posture, self._form = self._made(form), form
         return self._posture
 
-    def _made(self, theta: float) -> tuple[np.ndarray, np.ndarray, LinkFrames, np.ndarray]:
-        theta = float(np.clip(theta, self._family.theta_min, self._family.theta_max))
-        q = np.asarray(self._family.joint_angles(theta), dtype=float)
-        psi = np.asarray(self._table.angles(theta), dtype=float)
+    def shape(self, form: Form) -> Shape:
+        """Joint and vectoring angles."""
+        if isinstance(form, Shape):
+            return form
+        theta = float(np.clip(form, self._family.theta_min, self._family.theta_max))
+        angles = self._family.joint_angles(theta), self._table.angles(theta)
+        return Shape(*(np.asarray(one, dtype=float) for one in angles))
+
+    def bending(self, start: Shape, joints: np.ndarray, theta: float | None, limits: FlightLimits) -> Bending:
+        """A way to other joint angles, which is still to be planned.
+
+        Args:
+            start: where it begins.
+            joints: where it ends, rad, (nq,).
+            theta: of the family where it ends in one of its postures, rad.
+            limits: how fast joints move.
+        """
+        home = None if theta is None else self.shape(theta)
+        joints = joints if home is None else home.joints
+        way = float(np.abs(joints - start.joints).max())
+        shortest = max(limits.shortest_way, way / limits.joint_speed)
+        psi = None if home is None else home.vectoring
+        return Bending(self.robot, start, joints, psi, theta, shortest, self.least)
+
+    @cached_property
+    def least(self) -> float:
+        """Torque that a posture has to leave: a share of what the nominal one does, N m."""
+        return KEPT * float(plan_vectoring(self.robot, *self.shape(self._family.theta_nominal), 0.0).margin)
+
+    def on_ground(self, joints: np.ndarray) -> Shape:
+        """The best shape with these joint angles, for a robot on the ground.
+
+        Raises:
+            RefusedError: where it could not fly in it.
+        """
+        try:
+            plan = first_vectoring(self.robot, joints)
+        except AllocationError as error:
+            raise RefusedError(str(error)) from None
+        if not plan.feasible(self.least):
+            raise RefusedError(shortfall(plan, self.least))
+        return Shape(joints, plan.angles)
+
+    def _made(self, form: Form) -> tuple[np.ndarray, np.ndarray, LinkFrames, np.ndarray]:
+        q, psi = self.shape(form)
         state = self.robot.at(q, psi)
         return q, psi, frames_at(self._frames, q, psi), rot_z(-state.tip_heading) @ state.tip_C
 
     def at(self, target: Target) -> Reference:
         """The reference of a target."""
         place = target.place
-        q, psi, frames, tip = self.posture(place.theta)
+        q, psi, frames, tip = self.posture(place.form)
         heading = place.yaw - frames.yaw_in_C + frames.tip_heading
         return self._template._replace(
             position=place.position,

@@ -10,24 +10,19 @@ import numpy as np
 from skylimb.analysis.exchange.messages import Joints, Nav, NavMode, Path, Pose
 from skylimb.apps.ros.limits import FlightLimits
 from skylimb.apps.ros.references import theta_of
-from skylimb.apps.ros.targets import Place, Targets, duration_of
-from skylimb.apps.ros.tick import Request
+from skylimb.apps.ros.targets import Place, RefusedError, Targets, duration_of
 from skylimb.base.rotations import rot_z, rotation_from_quaternion, rpy_from_rotation
 from skylimb.control.estimation.gates import BEYOND
 from skylimb.control.planning.posture import posture_family
 from skylimb.robots.model import Robot
 
 OFF_FAMILY = 0.05
-"""How far requested joint angles may be from the nearest posture that the robot is flown in, rad."""
+"""How far joint angles may be from the nearest posture of the family, or from a joint's end, rad."""
 
 _POSITION = (NavMode.POSITION, NavMode.POSITION_VELOCITY)
 _MODES = (NavMode.NO, NavMode.VELOCITY, *_POSITION)
 _SOON = 0.01
 """Least time to a target pose's stamp for the stamp to count, s."""
-
-
-class RefusedError(Exception):
-    """Why a request is not fulfilled, for its user."""
 
 
 class Requests:
@@ -42,7 +37,9 @@ class Requests:
         self._robot, self._limits = robot, limits
         self._names, self._family = robot.description.shape_joints, posture_family(robot)
 
-    def targets(self, targets: Targets, request: Request, now: float, stamp_offset: float) -> Targets:
+    def targets(
+        self, targets: Targets, request: Pose | Path | Nav, now: float, stamp_offset: float
+    ) -> Targets:
         """The targets that a request leads to.
 
         Args:
@@ -66,44 +63,44 @@ class Requests:
                 return self._path(targets, here, request, now)
             case Nav():
                 return self._nav(targets, here, request, now)
-            case Joints():
-                there = here._replace(theta=self.shape_angle(request, here.theta))
-                return targets.go(there, now, duration_of(here, there, self._limits))
 
-    def shape_angle(self, request: Joints, theta: float) -> float:
-        """The shape angle whose posture has some joint angles; those not named stay.
+    def joints(self, request: Joints, present: np.ndarray) -> np.ndarray:
+        """The joint angles that are asked for, rad, (nq,); those not named stay.
 
         Args:
             request: angles by name, or all of them without names.
-            theta: of the present posture, rad.
+            present: angles, rad, (nq,).
 
         Raises:
-            RefusedError: for angles of no posture that the robot is flown in.
+            RefusedError: for what are no angles of this robot's joints.
         """
         if len(self._names) == 0:
             raise RefusedError("this robot has no joints to move")
         names = request.names or self._names
         if len(names) != len(request.angles) or len(set(names)) != len(names):
             raise RefusedError(f"{len(request.angles)} angles for {len(set(names))} joints")
-        present = dict(zip(self._names, np.asarray(self._family.joint_angles(theta)).tolist(), strict=True))
+        known = dict(zip(self._names, present.tolist(), strict=True))
         joints = {
             name: angle for name, angle in zip(names, request.angles, strict=True) if "gimbal" not in name
         }
-        unknown = sorted(joints.keys() - present.keys())
+        unknown = sorted(joints.keys() - known.keys())
         if unknown:
             raise RefusedError(f"no joint is called {unknown[0]!r}; the joints are {', '.join(self._names)}")
-        angles = np.array(list({**present, **joints}.values()))
+        angles = np.array(list({**known, **joints}.values()))
         if not _sane(angles):
             raise RefusedError("a joint angle is no number")
+        low, high = self._robot.joint_limits()
+        for name, angle, least, most in zip(self._names, angles, low, high, strict=True):
+            if not least - OFF_FAMILY <= angle <= most + OFF_FAMILY:
+                raise RefusedError(f"{name} = {angle:.2f} rad is beyond its {least:.2f} .. {most:.2f} rad")
+        return np.clip(angles, low, high)
+
+    def in_family(self, joints: np.ndarray, off: float = OFF_FAMILY) -> float | None:
+        """The shape angle of joint angles (nq,), rad; None where they are further `off` the family's."""
         family = self._family
-        found = float(np.clip(theta_of(self._robot, angles), family.theta_min, family.theta_max))
+        found = float(np.clip(theta_of(self._robot, joints), family.theta_min, family.theta_max))
         nearest = np.asarray(family.joint_angles(found), dtype=float)
-        if np.abs(nearest - angles).max() > OFF_FAMILY:
-            near = ", ".join(f"{angle:.2f}" for angle in nearest)
-            raise RefusedError(
-                f"no vectoring angles are known for that posture; the nearest one flown is ({near}) rad"
-            )
-        return found
+        return found if np.abs(nearest - joints).max(initial=0.0) <= off else None
 
     def _path(self, targets: Targets, here: Place, request: Path, now: float) -> Targets:
         places = [here]

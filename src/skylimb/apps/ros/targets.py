@@ -13,12 +13,27 @@ from skylimb.base.rotations import wrapped
 from skylimb.control.planning.smooth_step import quintic
 
 
+class RefusedError(Exception):
+    """Why a request is not fulfilled, for its user."""
+
+
+class Shape(NamedTuple):
+    """Joint angles, rad, (nq,), and vectoring angles, rad, (nv,)."""
+
+    joints: np.ndarray
+    vectoring: np.ndarray
+
+
+Form = float | Shape
+"""How a robot is bent: the shape angle of its family of postures, rad, or the angles of any other posture."""
+
+
 class Place(NamedTuple):
-    """Where a robot hovers: centre of gravity in W, m, (3,); yaw of the lab's link, rad; shape angle, rad."""
+    """Where a robot hovers: centre of gravity in W, m, (3,); yaw of the lab's link, rad; its form."""
 
     position: np.ndarray
     yaw: float
-    theta: float
+    form: Form
 
 
 class Target(NamedTuple):
@@ -37,12 +52,14 @@ class Leg(NamedTuple):
         end: where it ends.
         begin: when, s.
         duration: s.
+        bends: shapes on the way, evenly in time, where it leads through others than those of the family.
     """
 
     start: Place
     end: Place
     begin: float
     duration: float
+    bends: tuple[Shape, ...] = ()
 
     def at(self, now: float) -> Target:
         """Where the robot is to be."""
@@ -53,9 +70,21 @@ class Leg(NamedTuple):
         place = Place(
             self.start.position + part * way,
             self.start.yaw + part * float(turn),
-            self.start.theta + part * (self.end.theta - self.start.theta),
+            self._form(s, part),
         )
         return Target(place, rate / self.duration * way, bend / self.duration**2 * way)
+
+    def _form(self, s: float, part: float) -> Form:
+        start, end = self.start.form, self.end.form
+        if s >= 1.0:
+            return end
+        if self.bends:
+            k = s * (len(self.bends) - 1)
+            before, after = self.bends[int(k)], self.bends[int(k) + 1]
+            return Shape(*(a + k % 1.0 * (b - a) for a, b in zip(before, after, strict=True)))
+        if isinstance(start, Shape) or isinstance(end, Shape):
+            return end
+        return start + part * (end - start)
 
 
 @dataclass(frozen=True)
@@ -99,10 +128,10 @@ class Targets:
         """Stay at a place from now on."""
         return Targets(place, now)
 
-    def go(self, place: Place, now: float, duration: float) -> Targets:
+    def go(self, place: Place, now: float, duration: float, bends: tuple[Shape, ...] = ()) -> Targets:
         """Go to a place from where the target is."""
         here = self.at(now)[0].place
-        return Targets(here, now, (Leg(here, place, now, duration),))
+        return Targets(here, now, (Leg(here, place, now, duration, bends),))
 
     def then(self, place: Place, duration: float) -> Targets:
         """Go on to a place from where the last leg ends."""
@@ -126,9 +155,12 @@ def duration_of(start: Place, end: Place, limits: FlightLimits, speed: float | N
         speed: of the position instead of that of a pose, m/s.
     """
     way = float(np.linalg.norm(end.position - start.position))
+    bent = 0.0
+    if not (isinstance(start.form, Shape) or isinstance(end.form, Shape)):
+        bent = abs(end.form - start.form)
     return max(
         way / (speed or limits.pose_speed),
         abs(float(wrapped(end.yaw - start.yaw))) / limits.turn_speed,
-        abs(end.theta - start.theta) / limits.joint_speed,
+        bent / limits.joint_speed,
         limits.shortest_way,
     )
