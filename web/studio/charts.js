@@ -144,7 +144,8 @@ export class Charts {
       title,
       width: holder.clientWidth || 300,
       height: HEIGHT,
-      cursor: { sync: { key: "studio", setSeries: false }, drag: { x: true, y: false, setScale: false }, points: { size: 5 } },
+      // The others show the cursor, but none of them is dragged: each would zoom into what the one before has left.
+      cursor: { sync: { key: "studio", setSeries: false, filters: { pub: (type) => type === "mousemove" || type === "mouseleave" } }, drag: { x: true, y: false, setScale: false }, points: { size: 5 } },
       legend: { live: true, markers: { width: 2, dash: (u, k) => (u.series[k].dash ? "dashed" : "solid") } },
       scales: { x: { time: false }, ...scales },
       axes: [{ ...axis, space: 60, size: 26 },
@@ -161,6 +162,8 @@ export class Charts {
         draw: [(u) => this.#mark(u)],
       },
     }, [[], ...curves.map(() => [])], holder);
+    // A legend that grows and shrinks with its numbers would move what is below it under the pointer.
+    holder.style.setProperty("--value", `${Math.max(...units.map((unit) => 8 + unit.length), ...names.map((name) => name.length))}ch`);
     const made = { plot, curves, holder, title };
     return made;
   }
@@ -234,6 +237,7 @@ export class Charts {
 
   /** The chart with its title and legend, as a picture. */
   #picture({ plot, curves, title }) {
+    this.update(); // it may just have come into view
     const from = plot.ctx.canvas, ratio = devicePixelRatio, line = 18 * ratio;
     const canvas = element("canvas", { width: from.width, height: from.height + 2 * line });
     const ctx = canvas.getContext("2d"), style = getComputedStyle(this.holder);
@@ -255,6 +259,7 @@ export class Charts {
 
   /** What the chart shows, as a table with names and units. */
   #table({ plot, curves, title }) {
+    this.update();
     const quoted = (text) => `"${text.replaceAll('"', '""')}"`;
     const head = ["t (s)", ...curves.map(({ label, unit }) => `${label}${unit && ` (${unit})`}`)].map(quoted).join();
     const rows = plot.data[0].map((_, i) => plot.data.map((column) => column[i] ?? "").join());

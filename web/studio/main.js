@@ -98,13 +98,17 @@ class Studio {
     line.on("hello", (hello) => {
       this.past.clear();
       this.early = null;
+      this.awaited = hello.number;
       this.number = -1; // until it can be shown, also where it is the scene that was here before
       this.#begin(hello).catch((error) => { this.note(`The flight cannot be shown: ${error.message}`, "bad"); console.error(error); });
     });
     line.on("state", (state) => { this.state = state; this.#apply(); });
     line.on("seats", (seats) => { shell.seats = seats; shell.status(); this.hints.begin(seats.drives); });
     line.on("frame", ({ scene, frames }) => {
-      if (scene !== this.number) return;
+      if (scene !== this.number) { // it cannot be shown yet
+        if (this.early?.scene === scene) this.early.frames.push(...frames);
+        return;
+      }
       for (const frame of frames) this.#remember(frame);
       this.fresh = true;
     });
@@ -123,6 +127,7 @@ class Studio {
   async #begin({ scene, controls, controllers, number }) {
     const { flights, layout } = scene, names = flights.map(({ name }) => name).join();
     const figures = await Promise.all(flights.map((flight, i) => LiveFigure.of(flight, layout.flights[i], flights.length === 1)));
+    if (number !== this.awaited) return; // the flight has taken off again meanwhile
     this.#show(figures, names !== this.names);
     Object.assign(this, { figures, number, names, looking: null });
     this.past.clear();

@@ -128,7 +128,7 @@ class LiveFlight:
 
     def asked(self, ticks: int) -> Mission:
         """The mission at the last of some ticks, as it was flown; every entry has one row."""
-        flight, mission = Flight(self._driver.log, self._driver.layout, ticks, ""), self.takeoff.mission
+        flight, mission = Flight(self._driver.log, self._driver.layout, ticks, ""), self._mission
         clock = mission_clock(mission, flight)
         return mission.along(Clock(clock.ticks[-1:], clock.pace[-1:]))
 
@@ -208,7 +208,7 @@ class LiveFlight:
 
     def _use(self, takeoff: Takeoff) -> None:
         """Let what changes in flight act from here on."""
-        self.takeoff = takeoff
+        self.takeoff, self._mission = takeoff, takeoff.mission  # a take-off looks for it each time it is asked
         if isinstance(self._driver, CompiledDriver):
             self._driver.gains[:] = self._own_gains
         events = takeoff.timeline(takeoff.times)

@@ -96,19 +96,18 @@ class FlightThread:
         gc.freeze()  # what has been loaded stays; looking through it again would hold ticks up
         next_frame = next_poll = time.perf_counter()
         while not self._stopped:
-            if self._obey_all():
-                next_frame = time.perf_counter()  # what was done is seen at once
-            resting = self.paused or self._session.live.over
-            if not resting:
-                self.pacing.fly(self._session.advance)
-            now = time.perf_counter()
-            if now >= next_frame:
-                self._show()
-                next_frame = max(next_frame + FRAME_PERIOD, now)
+            acted, now = self._obey_all(), time.perf_counter()
             if now >= next_poll:
                 self._session.poll()
                 self._say("pace", {"late": self.pacing.late, "flown": self.pacing.flown})
                 next_poll = now + POLL_PERIOD
+            # What was done is seen at once. Of a take-off nothing is flown before: its past begins there.
+            if acted or self._new_scene or now >= next_frame:
+                self._show()
+                next_frame = max(min(next_frame, now) + FRAME_PERIOD, now)
+            resting = self.paused or self._session.live.over
+            if not resting:
+                self.pacing.fly(self._session.advance)
             wait = next_frame - time.perf_counter()
             time.sleep(max(0.0, min(IDLE, wait if resting else min(wait, self.pacing.wait))))
 
@@ -149,9 +148,6 @@ class FlightThread:
     def _show_scene(self) -> None:
         session, self._new_scene = self._session, False
         gc.collect()  # the flights before are rings of objects, large ones, that would stay for long
-        before = self.pacing
-        self.pacing = Pacing(session.live.period)  # the period is among what may have changed
-        self.pacing.speed, self.pacing.late, self.pacing.flown = before.speed, before.late, before.flown
         self._number += 1
         scene = {
             "number": self._number,
@@ -160,6 +156,9 @@ class FlightThread:
             "controllers": list(session.offered),
         }
         self._say("scene", {"hello": scene, "state": self._state_now()})
+        before = self.pacing
+        self.pacing = Pacing(session.live.period)  # its period may be another, and its schedule begins here
+        self.pacing.speed, self.pacing.late, self.pacing.flown = before.speed, before.late, before.flown
 
     def _obey_all(self) -> bool:
         """Obey all that waits; of several pokes in a row only the last, as each of them is a branch.

@@ -377,12 +377,17 @@ def test_a_signal_of_the_log_is_charted_zoomed_and_exported(page: sync_api.Page,
     assert told.value.path().read_bytes().startswith(b"\x89PNG")
     box = chart.locator(".u-over").bounding_box()
     assert box is not None
+    begin, end = page.evaluate(
+        "(({ min, max }) => [min, max])(skylimbStudio.charts.charts.at(-1).plot.scales.x)"
+    )
     page.mouse.move(box["x"] + 0.2 * box["width"], box["y"] + 30)
     page.mouse.down()
     page.mouse.move(box["x"] + 0.6 * box["width"], box["y"] + 30, steps=4)
     page.mouse.up()
-    low, high = page.evaluate("skylimbStudio.charts.zoomed")
-    assert 0.0 < low < high
+    parts = [(time_ - begin) / (end - begin) for time_ in page.evaluate("skylimbStudio.charts.zoomed")]
+    assert parts == pytest.approx([0.2, 0.6], abs=0.02)
+    # Nothing has moved under the pointer.
+    assert chart.locator(".u-over").bounding_box() == pytest.approx(box, abs=1.0)
     assert "N" in chart.locator(".u-value").nth(1).inner_text()  # the cursor's value, with its unit
     page.get_by_role("button", name="Follow the flight").click()
     assert page.evaluate("skylimbStudio.charts.zoomed") is None
