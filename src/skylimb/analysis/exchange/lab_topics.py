@@ -102,6 +102,11 @@ ACK = Topic("flight_config_ack", "std_msgs/msg/UInt8")
 PWMS = Topic("motor_pwms", "spinal/msg/Pwms", 10.0)
 RPY_PID = Topic("rpy/pid", "spinal/msg/RollPitchYawTerms", 10.0)
 SERVO_TORQUE = Topic("servo/torque_enable", "spinal/msg/ServoTorqueCmd")
+JOINTS_TORQUE, GIMBALS_TORQUE = (
+    Topic(f"{group}/torque_enable", "std_srvs/srv/SetBool") for group in ("joints", "gimbals")
+)
+"""Services of the lab's servo_bridge."""
+
 SERVO_STATES = Topic("servo/states", "spinal/msg/ServoStates", 50.0)
 SERVO_TARGETS = Topic("servo/target_states", "spinal/msg/ServoControlCmd", 50.0)
 MOTOR_INFO, UAV_INFO = (

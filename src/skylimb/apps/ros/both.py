@@ -43,6 +43,7 @@ class Both(Piloted):
         super().__init__(replace(flyer, pacer=stepped(flyer.period)), self.plant.layout)
         self._pacer.start()
         self._begun: float | None = None
+        self._torque = np.ones(flyer.robot.n_joints + flyer.robot.n_vectoring)
         self._takeoff, self._missions = takeoff, flyer.missions
         self._bodies = Bodies(takeoff.robot, flyer.link)
         self._link = flyer.link
@@ -61,6 +62,12 @@ class Both(Piloted):
         self._pacer.wait(self._k)
         heard = [one._replace(at=self._pacer.time()) for one in arrived]
         return super().tick(heard, self._begun + self._pacer.time())
+
+    def _enable(self, gimbals: bool, on: bool) -> Iterator[Outgoing]:
+        n = self._robot.n_joints
+        self._torque[slice(n, None) if gimbals else slice(n)] = on
+        self.plant.enable(self._torque)
+        yield from ()
 
     def _measured(self, now: float) -> tuple[Measurement, float]:
         return self.plant.measure(), now

@@ -11,7 +11,7 @@ import numpy as np
 from skylimb.analysis.exchange import lab_topics as topics
 from skylimb.analysis.exchange.lab_messages import floats
 from skylimb.analysis.exchange.lab_topics import Topic, is_due
-from skylimb.analysis.exchange.messages import Desire, Gains, PMatrix, ServoTargets
+from skylimb.analysis.exchange.messages import Desire, Gains, PMatrix, ServoTargets, ServoTorques
 from skylimb.apps.ros.flyer import Flyer
 from skylimb.apps.ros.lab_config import LabConfig
 from skylimb.apps.ros.messages import Arrived, Outgoing, published
@@ -49,6 +49,12 @@ class Controlled(Piloted):
     def _sensed(self, arrived: Arrived) -> None:
         super()._sensed(arrived)
         self._sensors.take(arrived)
+
+    def _enable(self, gimbals: bool, on: bool) -> Iterator[Outgoing]:
+        servos, names = self._config.servos, self._names.gimbals if gimbals else self._names.joints
+        if servos is not None:
+            numbers = bytes(servos.counts(dict.fromkeys(names, 0.0)))
+            yield Outgoing(topics.SERVO_TORQUE, ServoTorques(numbers, bytes([on] * len(numbers))))
 
     def _measured(self, now: float) -> tuple[Measurement | None, float]:
         return self._sensors.measurement(now, self._vectoring)

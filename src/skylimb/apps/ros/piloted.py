@@ -10,6 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from skylimb.analysis.exchange.lab_topics import GIMBALS_TORQUE
+from skylimb.apps.ros.answers import ANSWER
+from skylimb.apps.ros.asking import Switch
 from skylimb.apps.ros.flyer import Flyer
 from skylimb.apps.ros.heard import Heard
 from skylimb.apps.ros.live_record import LiveRecord
@@ -17,6 +20,7 @@ from skylimb.apps.ros.messages import Arrived, Outgoing
 from skylimb.apps.ros.pilot import Pilot
 from skylimb.apps.ros.profile import PendingRun
 from skylimb.apps.ros.sorting import MessageSorter
+from skylimb.apps.ros.states import FlightState
 from skylimb.apps.ros.tick import Inputs, Received, Tick
 from skylimb.base.packing import Layout
 from skylimb.control.estimation.records import Measurement
@@ -43,6 +47,7 @@ class Piloted(ABC):
         self._sorter = MessageSorter(flyer.cells, self._sensed, flyer.limits)
         self._live = LiveRecord(flyer.plan, layout, self.pilot.rehearsed())
         self._k, self._heard = 0, Heard()
+        self._limp = frozenset[bool]()
         self.last: Tick | None = None
         self.kept: list[PendingRun] = []
 
@@ -58,13 +63,14 @@ class Piloted(ABC):
 
     def tick(self, arrived: Iterable[Arrived], stamp: float) -> list[Outgoing]:
         """One tick; `stamp` is the middleware's time, s."""
+        arrived = list(arrived)
         received, now = self._sorter.sort(arrived), self._pacer.time()
         measured, taken = self._measured(now)
         received = replace(received, acknowledged=self._acknowledged(received))
         heard = self._heard.ages(now), self._heard.offsets(stamp - now)
         rest = max(0.0, now - self._heard.rests)
         tick = self.pilot.tick(Inputs(now, measured, taken, received, now - stamp, *heard, rest))
-        out = [*self._messages(stamp, measured, tick)]
+        out = [*self._messages(stamp, measured, tick), *self._switched(arrived, tick)]
         if measured is not None:
             out += self._live.add(tick, self._recorded(measured, tick))
         self._apply(tick)
@@ -78,6 +84,27 @@ class Piloted(ABC):
         flight = self._live.finish()
         if flight is not None:
             self.kept.append(flight)
+
+    def _switched(self, arrived: Iterable[Arrived], tick: Tick) -> Iterator[Outgoing]:
+        """Servos go limp on the ground alone, and hold again before anything flies."""
+        rests = tick.flying.state == FlightState.ARM_OFF
+        for one in arrived:
+            if isinstance(one.value, Switch):
+                obeyed = rests or one.value.on
+                if obeyed:
+                    gimbals = one.topic == GIMBALS_TORQUE.name
+                    self._limp = self._limp - {gimbals} if one.value.on else self._limp | {gimbals}
+                    yield from self._enable(gimbals, one.value.on)
+                words = tick.flying.state.name
+                yield Outgoing(ANSWER, (one.value.token, obeyed, words if obeyed else f"not in {words}"))
+        if self._limp and not rests:
+            for gimbals in self._limp:
+                yield from self._enable(gimbals, True)
+            self._limp = frozenset()
+
+    def _enable(self, gimbals: bool, on: bool) -> Iterator[Outgoing]:
+        """Switch the torque of the gimbals' servos, or of the joints'."""
+        yield from ()
 
     def _sensed(self, arrived: Arrived) -> None:
         """Take what a sensor says."""

@@ -60,8 +60,14 @@ def profile_topics(profile: str, servos: bool = False) -> ProfileTopics:
         return ProfileTopics(
             (*board, *targets, *switch), (topics.CLOCK, *robot, topics.RPY_PID, topics.DIAGNOSTICS)
         )
-    more = (topics.JOINT_STATES,) if servos else ()
+    more = (topics.JOINT_STATES, topics.SERVO_TORQUE) if servos else ()
     return ProfileTopics((*topics.USER, *robot), (*board, *targets, *more, *topics.VIEWS))
+
+
+def profile_services(profile: str, servos: bool = False) -> tuple[Topic, ...]:
+    """The services that a profile offers on ROS 1: those of `servo_bridge`, where it stands for one."""
+    offers = profile == "both" or (profile == "controller" and servos)
+    return (topics.JOINTS_TORQUE, topics.GIMBALS_TORQUE) if offers else ()
 
 
 @dataclass(frozen=True)

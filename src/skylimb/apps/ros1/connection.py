@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from importlib import import_module
 from typing import Any
 
 from skylimb.analysis.exchange.message_types import Definitions
+from skylimb.apps.ros.answers import ANSWER
+from skylimb.apps.ros.asking import Calls
 from skylimb.apps.ros.inbox import Inbox, Raw
+from skylimb.apps.ros.messages import Arrived
 from skylimb.apps.ros.outbox import Outbox
-from skylimb.apps.ros.profile import profile_topics
+from skylimb.apps.ros.profile import profile_services, profile_topics
 from skylimb.apps.ros1.installation import require_ros
 from skylimb.apps.ros1.master import MasterWatch
+
+_log = logging.getLogger(__name__)
 
 
 class Rospy:
@@ -37,7 +44,21 @@ class Rospy:
         self._inbox = Inbox(topics.subscribed, definitions, namespace, time.monotonic, _subscribe, name)
         self._outbox = Outbox(topics.published, definitions, namespace, _Publisher)
         self._master = MasterWatch({topic.full(namespace) for topic in topics.commands}, name)
-        self.take, self.publish = self._inbox.take, self._outbox.publish
+        self._calls, self._services = Calls(), list[Any]()
+        for topic in profile_services(profile, servos):
+            self._services += _serve(topic.full(namespace), topic.name, self._calls)
+
+    def take(self) -> list[Arrived]:
+        """What has come."""
+        return [*self._inbox.take(), *self._calls.take()]
+
+    def publish(self, messages: Iterable[tuple[str, Any]]) -> None:
+        """Publish messages by the names of their topics; answers are for who has called."""
+        messages = list(messages)
+        self._outbox.publish(messages)
+        for name, value in messages:
+            if name == ANSWER.name:
+                self._calls.answer(*value)
 
     @property
     def gone(self) -> bool:
@@ -73,6 +94,18 @@ def _subscribe(name: str, take: Callable[[Raw], None]) -> Any:
         take(Raw(message._buff, md5, kind, sender, 0.0))
 
     return rospy.Subscriber(name, rospy.AnyMsg, callback, queue_size=100, tcp_nodelay=True)
+
+
+def _serve(name: str, topic: str, calls: Calls) -> list[Any]:
+    """A service of the lab's type; none where Debian's `python3-std-srvs` is not."""
+    import rospy
+
+    try:
+        types: Any = import_module("std_srvs.srv")
+    except ImportError:
+        _log.warning("no service %s: apt-get install python3-std-srvs", name)
+        return []
+    return [rospy.Service(name, types.SetBool, lambda asked: calls.ask(topic, bool(asked.data)))]
 
 
 class _Publisher:

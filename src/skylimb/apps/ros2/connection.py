@@ -98,7 +98,7 @@ class Dds:
         self._outbox.publish(messages)
         for name, value in messages:
             if self._services is not None and name == ANSWER.name:
-                self._services.answer(*value)
+                self._services.calls.answer(*value)
             elif self._services is not None and name == PARAMETERS.name:
                 self._services.declare(value)
 
@@ -109,7 +109,7 @@ class Dds:
                 if message.sample_info.valid_data:
                     sender = str(message.sample_info.publication_handle)
                     keep(Raw(message.content, "*", "", sender, 0.0))
-        return [*self._inbox.take(), *(self._services.take() if self._services is not None else ())]
+        return [*self._inbox.take(), *(self._services.calls.take() if self._services is not None else ())]
 
     def close(self) -> None:
         """Leave: what DDS holds goes with the process."""

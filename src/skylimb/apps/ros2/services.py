@@ -6,23 +6,19 @@ those of rclpy, where a ROS 2 is sourced (or its wheels are there); without it t
 
 from __future__ import annotations
 
-import itertools
 import threading
 import time
-from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from importlib import import_module
 from typing import Any
 
 from skylimb.analysis.exchange.lab_topics import Topic
 from skylimb.apps.ros.answers import END
+from skylimb.apps.ros.asking import Calls
 from skylimb.apps.ros.messages import Arrived
 
 PARAMETERS = Topic("skylimb/parameters", "")
 """No topic: what is flown with, rows of `Parameter`."""
-
-_PATIENCE = 2.0
-"""Seconds in which a flight answers an order; a tick is 5 ms."""
 
 Parameter = tuple[str, Any, str, float | None, float | None]
 """Name, value, description, and the ends of its range where it has both."""
@@ -41,6 +37,9 @@ class Services:
         namespace: of the node.
         orders: that are services, each by the last word of its topic.
 
+    Attributes:
+        calls: that wait for an answer.
+
     Raises:
         ImportError: without rclpy.
     """
@@ -48,9 +47,8 @@ class Services:
     def __init__(self, profile: str, namespace: str, orders: Sequence[Topic]) -> None:
         rclpy, lifecycle = _ros("rclpy"), _ros("rclpy.lifecycle")
         rclpy.init(args=[], signal_handler_options=_ros("rclpy.signals").SignalHandlerOptions.NO)
-        self._waiting: dict[int, tuple[threading.Event, Any]] = {}
-        self._tokens, self._came = itertools.count(1), deque[Arrived]()
-        done, came = lifecycle.TransitionCallbackReturn, self._came
+        self.calls = calls = Calls()
+        done = lifecycle.TransitionCallbackReturn
 
         class Node(lifecycle.LifecycleNode):
             def on_deactivate(self, state: Any) -> Any:
@@ -59,7 +57,7 @@ class Services:
 
             def on_shutdown(self, state: Any) -> Any:
                 """As Ctrl-C does, it lands first."""
-                came.append(Arrived(END, None, "life cycle", time.monotonic()))
+                calls.add(Arrived(END, None, "life cycle", time.monotonic()))
                 return done.SUCCESS
 
         self._node = Node(f"skylimb_{profile}", namespace=namespace.strip("/"))
@@ -69,17 +67,6 @@ class Services:
         self._node.trigger_configure()
         self._node.trigger_activate()
         threading.Thread(target=rclpy.spin, args=[self._node], daemon=True).start()
-
-    def take(self) -> list[Arrived]:
-        """Orders that have come."""
-        return [self._came.popleft() for _ in range(len(self._came))]
-
-    def answer(self, token: int, obeyed: bool, words: str) -> None:
-        """What came of an order."""
-        if token in self._waiting:  # whoever asked has not given up
-            event, response = self._waiting.pop(token)
-            response.success, response.message = obeyed, words
-            event.set()
 
     def declare(self, parameters: Iterable[Parameter]) -> None:
         """Say what is flown with: described, within its range, and not to be changed in flight."""
@@ -96,12 +83,7 @@ class Services:
         """What hands an order on, and waits for what comes of it."""
 
         def ask(request: Any, response: Any) -> Any:
-            token, event = next(self._tokens), threading.Event()
-            response.success, response.message = False, f"no answer within {_PATIENCE:g} s"
-            self._waiting[token] = event, response
-            self._came.append(Arrived(topic, token, "service", time.monotonic()))
-            event.wait(_PATIENCE)
-            self._waiting.pop(token, None)
+            response.success, response.message = self.calls.ask(topic)
             return response
 
         return ask
