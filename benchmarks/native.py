@@ -37,6 +37,7 @@ MINUTES_WANTED, FLIGHTS_WANTED = 2.5, 1000
 SCALING_WANTED = 1.85
 MEMORY_WANTED = 400.0  # MB
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+_GIVEN = int(mujoco.mjtState.mjSTATE_CTRL | mujoco.mjtState.mjSTATE_QFRC_APPLIED)
 
 
 def prepare(experiment: str, controller: str) -> Takeoff:
@@ -52,12 +53,12 @@ def with_seed(takeoff: Takeoff, seed: int) -> Takeoff:
 
 
 def controls_of(takeoff: Takeoff) -> tuple[np.ndarray, np.ndarray]:
-    """The controls of every physics step, as the compiled driver flies, and the state at the end."""
+    """Controls and joint forces of every step, as the compiled driver flies, and the state at the end."""
     plant, data, acts, events, _ = world(takeoff)
-    controls = np.zeros((len(takeoff.rows), plant.model.nu))
+    controls = np.zeros((len(takeoff.rows), plant.model.nu + plant.model.nv))
 
     def watch(k: int) -> None:
-        controls[k] = data.ctrl
+        controls[k] = np.concatenate([data.ctrl, data.qfrc_applied])
 
     driver = CompiledDriver(takeoff.tick, plant, data, takeoff.rows, [*acts, watch], events.gains)
     flight = Loop(driver, takeoff.mission, takeoff.experiment.terminations, len(takeoff.rows)).fly()
@@ -87,7 +88,9 @@ def closed_over_replay(takeoff: Takeoff, repeats: int) -> list[float]:
     def replay() -> float:
         batch = Batch(takeoff.plant.model, 1, 1)
         mujoco.mj_getState(takeoff.plant.model, takeoff.data(), batch.state[0], _STATE)
-        took = seconds(lambda: batch.rollout(len(controls), controls[None], record=()), time.thread_time)
+        took = seconds(
+            lambda: batch.rollout(len(controls), controls[None], _GIVEN, record=()), time.thread_time
+        )
         if not np.array_equal(np.concatenate([batch.qpos[0], batch.qvel[0]]), end):
             raise SystemExit("the replay did not end where the flight did: the comparison means nothing")
         return took

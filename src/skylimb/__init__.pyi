@@ -1,3 +1,4 @@
+from . import envs as envs
 from .analysis.notebook_run import Run as Run
 from .analysis.notebook_run import load_runs as load_runs
 from .analysis.scores.score import Score as Score

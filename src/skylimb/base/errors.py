@@ -64,6 +64,7 @@ EXTRAS = {
     "campaign": ("pyarrow", "scipy"),
     "cluster": ("dask", "distributed", "dask_jobqueue"),
     "import": ("yourdfpy", "trimesh", "xacrodoc", "collada"),
+    "learn": ("gymnasium",),
     "logs": ("rosbags", "mcap", "lz4"),
     "ros": ("yaml",),
     "ros2": ("cyclonedds",),

@@ -15,6 +15,7 @@ KINDS = (
     "metric",
     "experiment",
     "surface",
+    "environment",
     pytest.param("robot", marks=pytest.mark.slow),
 )
 
@@ -34,6 +35,7 @@ def test_it_flies_as_it_is(
             assert not {"spring.py", "saddle.py", "hardest", "upright", "quad_arm"} & set(text.split('"')), (
                 path
             )
+    monkeypatch.syspath_prepend(tmp_path)
     runpy.run_path("test_my_own.py")["test_my_own_flies"]()
     campaign = freeze(load_spec("my_own_campaign.toml"))
     assert "surface.friction" in campaign.spec.vary

@@ -159,13 +159,13 @@ def test_the_engine_stops_soon_after_a_mission_that_waited(
     make_takeoff: Make, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     takeoff = make_takeoff("paper", "following", {**SHORT, **LEAVING})
-    steps, fly = [], fly_module._step
+    steps, fly = [], fly_module.step_flights
 
     def counted(batch: Any, flights: Any, ids: list[int], count: int) -> None:
         steps.append(count)
         fly(batch, flights, ids, count)
 
-    monkeypatch.setattr(fly_module, "_step", counted)
+    monkeypatch.setattr(fly_module, "step_flights", counted)
     (flight,) = fly_native([takeoff])
     assert not flight.cause
     assert flight.ticks > len(takeoff.mission.times)  # it waited for its pen

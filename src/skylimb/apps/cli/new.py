@@ -26,6 +26,7 @@ class _Start:
         command: the same on the command line.
         campaign: its lines in a campaign's file.
         more: a line more of the test.
+        test: what it is, where it is no flight of `skylimb.run`.
     """
 
     copies: Mapping[str, str]
@@ -34,27 +35,38 @@ class _Start:
     campaign: str
     words: Mapping[str, str] = field(default_factory=dict)
     more: str = ""
+    test: str = ""
 
+
+_CHECKED = '''"""Holds it to Gymnasium's rules: python -m pytest test_{name}.py"""
+
+import {name}
+from gymnasium.utils.env_checker import check_env
+
+
+def test_{name}_flies() -> None:
+    check_env({name}.make(duration=2.0), skip_render_check=True)
+'''
 
 _STARTS = {
     "law": _Start(
         {"{name}.py": "laws/spring.py", "{name}.toml": "laws/spring.toml"},
         '"paper", controller=str(HERE / "{name}.toml")',
-        "run --controller {name}.toml",
+        "skylimb run --controller {name}.toml",
         'experiment = "paper"\ncontrollers = ["hybrid", "{name}.toml"]',
         {"spring.py": "{name}.py", "spring_force": "{name}_force"},
     ),
     "controller": _Start(
         {"{name}.py": "user_controller.py"},
         '"paper", controller=str(HERE / "{name}.py")',
-        "run --controller {name}.py",
+        "skylimb run --controller {name}.py",
         'experiment = "paper"\ncontrollers = ["hybrid", "{name}.py"]',
         {"examples/user_controller.py": "{name}.py", '"upright"': '"{name}"'},
     ),
     "metric": _Start(
         {"{name}.py": "metrics/hardest.py"},
         '"paper", use=[HERE / "{name}.py"]',
-        "run --use {name}.py",
+        "skylimb run --use {name}.py",
         'experiment = "paper"\ncontrollers = ["pid", "hybrid"]\nuse = ["{name}.py"]\nscore = "{name}"',
         {"def hardest": "def {name}"},
         '    assert run.metrics["{name}"] > 0.0\n',
@@ -62,22 +74,36 @@ _STARTS = {
     "experiment": _Start(
         {"{name}.toml": "experiments/slow_line.toml"},
         'str(HERE / "{name}.toml")',
-        "run {name}.toml",
+        "skylimb run {name}.toml",
         'experiment = "{name}.toml"\ncontrollers = ["pid", "hybrid"]',
     ),
     "surface": _Start(
         {"{name}.py": "surfaces/saddle.py", "{name}.toml": "surfaces/saddle.toml"},
         'str(HERE / "{name}.toml")',
-        "run {name}.toml",
+        "skylimb run {name}.toml",
         'experiment = "{name}.toml"\ncontrollers = ["following"]',
         {"saddle.py": "{name}.py"},
     ),
     "robot": _Start(
         {"{name}.urdf": "robots/quad_arm.urdf", "{name}.toml": "robots/quad_arm.toml"},
         'str(HERE / "{name}.toml")',
-        "run {name}.toml",
+        "skylimb run {name}.toml",
         'experiment = "{name}.toml"\ncontrollers = ["following"]',
         {"quad_arm": "{name}"},
+    ),
+    "environment": _Start(
+        {"{name}.py": "environments/gentle.py"},
+        "",
+        "python {name}.py",
+        'experiment = "paper"\ncontrollers = ["following"]',
+        {
+            "examples/environments/gentle.py": "{name}.py",
+            "def gentle": "def {name}",
+            '"gentle"': '"{name}"',
+            "reward_gentle": "reward_{name}",
+            "; gentle is": "; {name} is",
+        },
+        test=_CHECKED,
     ),
 }
 
@@ -107,11 +133,12 @@ seed = 1
 
 def new(
     kind: Annotated[
-        Literal["law", "controller", "metric", "experiment", "surface", "robot"], arg("What to begin.")
+        Literal["law", "controller", "metric", "experiment", "surface", "robot", "environment"],
+        arg("What to begin."),
     ],
     name: Annotated[str, arg("What it is called: a name as Python takes it.", "NAME")],
 ) -> None:
-    """Begin a law, a controller, a metric, an experiment, a surface or a robot: its file, a test, a campaign.
+    """Begin a law, a controller, a metric, an experiment, ...: its file, a test that flies it, a campaign.
 
     The files are written into the folder that one is in, and fly as they are. Of a robot that is a URDF to
     change, and what `skylimb robot new NAME.urdf --out NAME --yes` makes of it.
@@ -137,7 +164,7 @@ def new(
         with new_file(file) as path:
             path.write_text(text, encoding="utf-8")
     print("\n".join(f"  {file}" for file in files))
-    print(f"Fly it: skylimb {start.command.format(name=name)}")
+    print(f"Fly it: {start.command.format(name=name)}")
 
 
 def _files(start: _Start, name: str) -> dict[str, str]:
@@ -151,7 +178,7 @@ def _files(start: _Start, name: str) -> dict[str, str]:
             text = text.replace(word, mine.format(name=name))
         found[file.format(name=name)] = text
     told = {"name": name, "run": start.run.format(name=name), "campaign": start.campaign.format(name=name)}
-    found[f"test_{name}.py"] = _TEST.format(**told) + start.more.format(name=name)
+    found[f"test_{name}.py"] = (start.test or _TEST + start.more).format(**told)
     found[f"{name}_campaign.toml"] = _CAMPAIGN.format(**told)
     return found
 
@@ -183,6 +210,7 @@ def _taken(kind: str) -> Iterable[str]:
         "experiment": list_experiments(),
         "surface": SURFACES,
         "robot": list_robots(),
+        "environment": (),
     }
     added = (one.rpartition(".")[2] for one in added_names(f"{kind}s"))
     return {*ships[kind], *added}

@@ -203,19 +203,21 @@ class NativeFlight:
         return min(left, int(self.record.last) + 1 - int(self.record.at))
 
 
-def begin_flight(takeoff: Takeoff, function: int) -> NativeFlight:
+def begin_flight(takeoff: Takeoff, function: int, log: np.ndarray | None = None) -> NativeFlight:
     """A flight before its first tick.
 
     Args:
         takeoff: what is flown.
         function: address of the tick's compiled function.
+        log: where its rows go; by default an array of its own for all of them.
     """
     signals, events = takeoff.tick.signals, takeoff.timeline(takeoff.times)
     plant = written_plant(takeoff.plant, events)
     varies = plant.surface.friction_varies
     if varies:
         friction_writer(plant, takeoff.data(), takeoff.times)(0)
-    log, written = np.full((takeoff.count, signals.size), np.nan), list[Written]()
+    log = np.full((takeoff.count, signals.size), np.nan) if log is None else log
+    written = list[Written]()
     if events.model is not None:
         places = bound_places(plant.model, events.model)
         for (numbers, columns), place in zip(places, events.model.places, strict=True):

@@ -50,9 +50,7 @@ def fly_native(
     if reason:
         warnings.warn(f"flying one by one, with the compiled driver: {reason}", UserWarning, stacklevel=2)
     for index, takeoff in enumerate(takeoffs):
-        model = takeoff.plant.model
-        structure = takeoff.compiled, int(model.signature), int(model.nbuffer), takeoff.plant.substeps
-        groups.setdefault(structure, []).append(index)
+        groups.setdefault(structure_of(takeoff), []).append(index)
     for members in groups.values():
 
         def report(flown: int, behind: int = behind) -> None:
@@ -68,6 +66,12 @@ def fly_native(
     return [flights[index] for index in range(len(takeoffs))]
 
 
+def structure_of(takeoff: Takeoff) -> tuple[int, ...]:
+    """What flights that fly together have in common."""
+    model = takeoff.plant.model
+    return takeoff.compiled, int(model.signature), int(model.nbuffer), takeoff.plant.substeps
+
+
 def _fly_compiled(takeoff: Takeoff) -> Flight:
     here = world(takeoff)
     driver = CompiledDriver(takeoff.tick, here.plant, here.data, takeoff.rows, here.hooks, here.events.gains)
@@ -80,13 +84,9 @@ def _fly_group(takeoffs: Sequence[Takeoff], threads: int, report: Callable[[int]
     flights = [begin_flight(takeoff, compile_native(takeoff.tick.function)[1]) for takeoff in takeoffs]
     substeps, first = takeoffs[0].plant.substeps, takeoffs[0].plant.model
     batch = Batch(first, len(flights), min(threads, len(flights)))
-    # A state's parts stand in the order of their bits.
-    words = mujoco.mj_stateSize(first, _STATE & (_USERDATA - 1))
     batch.set_models([flight.model for flight in flights])
-    for index, (takeoff, flight) in enumerate(zip(takeoffs, flights, strict=True)):
-        mujoco.mj_getState(takeoff.plant.model, takeoff.data(), batch.state[index], _STATE)
-        # An address has fewer bits than a float's 53, so that it crosses unharmed.
-        batch.state[index, words : words + 2] = (float(ctypes.addressof(flight.record)), MARK)
+    for index, flight in enumerate(flights):
+        seat(batch, index, flight)
     ids = [index for index, flight in enumerate(flights) if flight.count > 0]
     with control_callback(), without_timer():
         while ids:  # Ctrl-C is heard in between
@@ -95,7 +95,7 @@ def _fly_group(takeoffs: Sequence[Takeoff], threads: int, report: Callable[[int]
             least = max(1, min(flights[index].left for index in ids))
             ticks = min(CHUNK, -(-least // CHECK_INTERVAL) * CHECK_INTERVAL)
             try:
-                _step(batch, flights, ids, ticks * substeps)
+                step_flights(batch, flights, ids, ticks * substeps)
                 report(sum(flight.flown for flight in flights))
             except KeyboardInterrupt as stop:
                 raise (Interrupted(_stopped(flights[0])) if len(flights) == 1 else stop) from None
@@ -103,7 +103,17 @@ def _fly_group(takeoffs: Sequence[Takeoff], threads: int, report: Callable[[int]
     return [_finish(flight) for flight in flights]
 
 
-def _step(batch: Batch, flights: Sequence[NativeFlight], ids: list[int], steps: int) -> None:
+def seat(batch: Batch, index: int, flight: NativeFlight) -> None:
+    """Put a flight before its first tick into a place of a batch."""
+    model = flight.takeoff.plant.model
+    mujoco.mj_getState(model, flight.takeoff.data(), batch.state[index], _STATE)
+    # A state's parts stand in the order of their bits.
+    words = mujoco.mj_stateSize(model, _STATE & (_USERDATA - 1))
+    # An address has fewer bits than a float's 53, so that it crosses unharmed.
+    batch.state[index, words : words + 2] = (float(ctypes.addressof(flight.record)), MARK)
+
+
+def step_flights(batch: Batch, flights: Sequence[NativeFlight], ids: list[int], steps: int) -> None:
     """Continue some flights, and note what the engine warned of since the callback last looked."""
     before = batch.warning[..., 1].copy()
     for index in ids:

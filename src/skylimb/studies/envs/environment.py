@@ -1,0 +1,130 @@
+"""Gymnasium's two interfaces around a fleet: one environment, and many that step together."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from skylimb.base.errors import of_an_extra
+from skylimb.studies.envs.fleet import Fleet, Stepped
+
+try:
+    import gymnasium as gym
+    from gymnasium.utils.seeding import np_random
+    from gymnasium.vector import AutoresetMode
+    from gymnasium.vector.utils import batch_space
+except ImportError as error:
+    raise of_an_extra(error) or error from None
+
+Observation = np.ndarray
+Info = dict[str, Any]
+
+
+class FlightEnv(gym.Env[np.ndarray, np.ndarray]):
+    """One flight at a time.
+
+    An episode begins at take-off. It is terminated where the flight is lost, and truncated at the mission's
+    end or after `duration`. `info` has each term of the reward by its name, `reward_NAME`, and the `draw`.
+
+    Args:
+        settings: keys of `EnvSettings`.
+    """
+
+    def __init__(self, **settings: Any) -> None:
+        self.fleet = Fleet(1, **settings)
+        self.observation_space, self.action_space = _spaces(self.fleet)
+        self.metadata = {"render_modes": [], "render_fps": round(1.0 / self.fleet.step_time)}
+
+    def reset(self, *, seed: int | None = None, options: Info | None = None) -> tuple[Observation, Info]:
+        """Take off with a draw of the environment's own random numbers; `options={"draw": 3}` says which."""
+        super().reset(seed=seed)
+        asked = (options or {}).get("draw")
+        draw = int(self.np_random.integers(self.fleet.settings.draws)) if asked is None else int(asked)
+        return self.fleet.restart([0], [draw])[0].astype(np.float32), {"draw": draw}
+
+    def step(self, action: np.ndarray) -> tuple[Observation, float, bool, bool, Info]:
+        """Fly a step.
+
+        Raises:
+            ConfigError: for an action of another shape, or that is no number; nothing has flown then.
+        """
+        done = self.fleet.step([0], np.asarray(action)[None])
+        info = {"draw": int(self.fleet.draws[0]), **{k: v[0] for k, v in _terms(done).items()}}
+        lost, over = bool(done.lost[0]), bool(done.over[0])
+        return done.observations[0].astype(np.float32), float(done.rewards[0]), lost, over, info
+
+
+class FlightVectorEnv(gym.vector.VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
+    """Many flights that step together on the engine's own threads.
+
+    An environment whose episode has ended takes off anew in the next step, whose action for it is ignored
+    (`AutoresetMode.NEXT_STEP`). Environment i with seed s flies what `FlightEnv` flies with seed s + i.
+
+    Args:
+        num_envs: how many.
+        threads: on which they fly; what they fly does not depend on it.
+        settings: keys of `EnvSettings`.
+    """
+
+    def __init__(self, num_envs: int, threads: int = 1, **settings: Any) -> None:
+        self.fleet, self.num_envs = Fleet(num_envs, threads, **settings), num_envs
+        self.single_observation_space, self.single_action_space = _spaces(self.fleet)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        fps = round(1.0 / self.fleet.step_time)
+        self.metadata = {"render_modes": [], "render_fps": fps, "autoreset_mode": AutoresetMode.NEXT_STEP}
+        self._random = [np_random(None)[0] for _ in range(num_envs)]
+        self._ended = np.ones(num_envs, bool)
+
+    def reset(
+        self, *, seed: int | list[int | None] | None = None, options: Info | None = None
+    ) -> tuple[Observation, Info]:
+        """Take off everywhere; an integer seeds environment i with seed + i."""
+        seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else seed
+        for place, given in enumerate(seeds or ()):
+            if given is not None:
+                self._random[place] = np_random(given)[0]
+        self._ended[:] = False
+        observations = self._restart(list(range(self.num_envs)))
+        return observations, {"draw": self.fleet.draws.copy(), "_draw": np.ones(self.num_envs, bool)}
+
+    def step(self, actions: np.ndarray) -> tuple[Observation, np.ndarray, np.ndarray, np.ndarray, Info]:
+        """Fly a step everywhere, or take off where an episode had ended.
+
+        Raises:
+            ConfigError: for actions of another shape, or that are no numbers; nothing has flown then.
+        """
+        places = np.arange(self.num_envs)
+        fleet, anew, on = self.fleet, places[self._ended], places[~self._ended]
+        actions = fleet.checked(places, actions)
+        shown = np.zeros((self.num_envs, fleet.observed), np.float32)
+        rewards, lost, over = np.zeros(self.num_envs), self._ended & False, self._ended & False
+        info: Info = {}
+        if len(on):
+            done = fleet.step(on, actions[on])
+            shown[on], rewards[on], lost[on], over[on] = done.observations, done.rewards, done.lost, done.over
+            for name, term in _terms(done).items():
+                info[name], info[f"_{name}"] = np.zeros(self.num_envs), ~self._ended
+                info[name][on] = term
+        if len(anew):
+            shown[anew] = self._restart(anew)
+        info["draw"], info["_draw"] = fleet.draws.copy(), np.ones(self.num_envs, bool)
+        self._ended = lost | over
+        return shown, rewards, lost, over, info
+
+    def _restart(self, places: Any) -> Observation:
+        draws = [int(self._random[place].integers(self.fleet.settings.draws)) for place in places]
+        return self.fleet.restart(places, draws).astype(np.float32)
+
+
+def _spaces(fleet: Fleet) -> tuple[gym.spaces.Box, gym.spaces.Box]:
+    size = len(fleet.actions.names)
+    return (
+        gym.spaces.Box(-np.inf, np.inf, (fleet.observed,), np.float32),
+        gym.spaces.Box(-1.0, 1.0, (size,), np.float32),
+    )
+
+
+def _terms(done: Stepped) -> dict[str, np.ndarray]:
+    return {f"reward_{name}": term for name, term in done.terms.items()}
