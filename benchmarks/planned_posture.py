@@ -83,7 +83,7 @@ def main() -> None:
     )
     for controller in given.controllers:
         folder = KEPT / controller
-        plan = plan_posture(experiment, robot, skylimb.load_controller(controller, robot))
+        plan = plan_posture(experiment, robot, skylimb.load_controller(controller, robot), by="margin")
         if not (folder / "planned").exists():
             folder.mkdir(parents=True, exist_ok=True)
             write_planned(plan, folder / "planned")

@@ -21,6 +21,7 @@ from skylimb.control.planning.tip_pose import link_distances, tip_position
 from skylimb.control.planning.vectoring_search import evaluate, posture_function
 from skylimb.robots.equilibrium import can_hold
 from skylimb.robots.equilibrium_results import NotHeld
+from skylimb.studies.planning.rehearsal import Rehearsal
 from skylimb.studies.planning.task_plan import plan_posture, write_planned
 
 
@@ -108,16 +109,49 @@ def test_its_angles_keep_the_criteria_all_along_its_family(plan):
 def test_a_posture_that_a_controller_loses_is_not_proposed(robot, plan, monkeypatch):
     """The best one is not taken where a flight in it is lost; where all are, the plan says why."""
     task_plan = import_module("skylimb.studies.planning.task_plan")
-    lost = iter(["", "lost attitude", ""])
-    monkeypatch.setattr(task_plan, "_lost", lambda *_: next(lost))
+    lost = iter(map(Rehearsal, ["", "lost attitude", ""]))
+    monkeypatch.setattr(task_plan, "_flown", lambda *_: next(lost))
     experiment, controller = skylimb.load_experiment("paper"), skylimb.load_controller("hybrid", robot)
     best = plan_posture(experiment, robot, controller)
     assert best.planned.margin == pytest.approx(plan.planned.margin, abs=1e-6)
     second = plan_posture(experiment, robot, controller)
     assert second.planned.margin < plan.planned.margin
-    monkeypatch.setattr(task_plan, "_lost", lambda *_: "lost attitude")
+    monkeypatch.setattr(task_plan, "_flown", lambda *_: Rehearsal("lost attitude"))
     with pytest.raises(UnreachableError, match="flies paper: lost attitude"):
         plan_posture(experiment, robot, controller)
+
+
+def test_what_flies_worse_than_its_own_posture_is_not_proposed(robot, plan, monkeypatch):
+    """More torque is left in it, and its force spreads more: the plan says so; `by` takes it all the same."""
+    task_plan = import_module("skylimb.studies.planning.task_plan")
+    own, there = Rehearsal("", 2.0, 1.0, 0.10, 0.004), Rehearsal("", 2.0, 0.98, 0.12, 0.004)
+    monkeypatch.setattr(task_plan, "rehearse", lambda *_: own)
+    monkeypatch.setattr(task_plan, "_flown", lambda *_: there)
+    monkeypatch.setattr(task_plan, "best_postures", lambda *_: [plan.planned])
+    monkeypatch.setattr(task_plan, "settled_in", lambda *_: (plan.planned, plan.there, plan.coefficients))
+    experiment, controller = skylimb.load_experiment("paper"), skylimb.load_controller("hybrid", robot)
+    with pytest.raises(UnreachableError) as caught:
+        plan_posture(experiment, robot, controller, 2.0)
+    assert "stands best as it does" in str(caught.value)
+    assert (
+        "in touch 0.98 of the time (1.00 in its own); the force spreads by 0.12 N (0.10 in its own)"
+        in str(caught.value)
+    )
+    assert plan_posture(experiment, robot, controller, 2.0, "margin").planned_flight is there
+    monkeypatch.setattr(task_plan, "_flown", lambda *_: own)
+    assert plan_posture(experiment, robot, controller, 2.0).planned is plan.planned
+
+
+def test_the_asked_force_is_the_one_that_is_flown(robot, monkeypatch):
+    task_plan = import_module("skylimb.studies.planning.task_plan")
+    asked = []
+    monkeypatch.setattr(task_plan, "rehearse", lambda experiment, _: asked.append(experiment) or Rehearsal())
+    monkeypatch.setattr(task_plan, "best_postures", lambda *_: [])
+    with pytest.raises(UnreachableError):
+        plan_posture(
+            skylimb.load_experiment("paper"), robot, skylimb.load_controller("following", robot), 1.5
+        )
+    assert asked[0].trajectory.force == (1.5, 1.5)
 
 
 def test_the_family_takes_the_tip_to_and_fro(robot, plan):

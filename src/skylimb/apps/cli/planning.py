@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from skylimb.apps.cli import output
 from skylimb.apps.cli.arguments import arg
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
     from skylimb.control.planning.task import TaskPosture
     from skylimb.robots.equilibrium_results import NotHeld
+    from skylimb.studies.planning.rehearsal import Rehearsal
     from skylimb.studies.planning.task_plan import TaskPlan
 
 
@@ -24,6 +25,10 @@ def plan(
     ] = "hybrid",
     force: Annotated[float | None, arg("Normal force; by default the controller's, else 3 N.", "N")] = None,
     set: Settings = None,
+    by: Annotated[
+        Literal["flight", "margin"],
+        arg("Propose only what flies as well as its own posture, or the greatest margin that is not lost."),
+    ] = "flight",
     picture: Annotated[str, arg("Draw both postures into this new file.", "PNG")] = "",
     apply: Annotated[str, arg("New folder for the experiment and its robot.", "DIR")] = "",
 ) -> None:
@@ -36,7 +41,7 @@ def plan(
     Examples:
         skylimb plan paper
         skylimb plan paper --force 5 --picture posture.png
-        skylimb plan paper --controller following --apply planned
+        skylimb plan paper --controller following --by margin --apply planned
         skylimb run planned/experiment.toml --controller following
     """
     from skylimb.base.files import new_file, require_new
@@ -51,7 +56,7 @@ def plan(
 
     loaded = load_flight(experiment, controller, set=set)  # a wrong name is refused before anything is said
     with output.working("looking for a posture"):
-        found = skylimb.plan(loaded.experiment, loaded.controller, force)
+        found = skylimb.plan(loaded.experiment, loaded.controller, force, by=by)
     _show(found)
     if picture:
         from skylimb.analysis.figures import style
@@ -66,7 +71,8 @@ def plan(
 
 
 def _show(found: TaskPlan) -> None:
-    own, planned = _column(found.nominal), _column(found.planned)
+    own = {**_column(found.nominal), **_flight(found.own_flight)}
+    planned = {**_column(found.planned), **_flight(found.planned_flight)}
     title = f"{found.robot.name}, pressing with {found.force:g} N at {len(found.points)} points of the path"
     output.show_table(
         [(name, own.get(name, "-"), value) for name, value in planned.items()],
@@ -88,6 +94,17 @@ def _column(posture: TaskPosture | NotHeld) -> dict[str, str]:
         "vectoring angles, rad": _listed(posture.vectoring_angles),
         "heading beside the contact axis, rad": f"{posture.heading:.3f}",
         "thrusts, N": f"{posture.thrusts.min():.1f} .. {posture.thrusts.max():.1f}",
+    }
+
+
+def _flight(flown: Rehearsal | None) -> dict[str, str]:
+    """What is shown of its flights."""
+    if flown is None or flown.lost:
+        return {} if flown is None else {"flown": flown.lost}
+    return {
+        "flown: normal force, N": f"{flown.force:.2f} +- {flown.spread:.2f}",
+        "flown: in touch": f"{flown.touch:.2f}",
+        "flown: off its line, mm": f"{1e3 * flown.line:.1f}",
     }
 
 

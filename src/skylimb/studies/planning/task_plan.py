@@ -7,7 +7,7 @@ import tempfile
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import tomli_w
@@ -26,14 +26,13 @@ from skylimb.control.planning.task_posture import best_postures
 from skylimb.control.planning.vectoring import PURPOSES, vectoring_table
 from skylimb.control.planning.vectoring_digest import robot_digest
 from skylimb.control.planning.vectoring_files import table_file, write_table
-from skylimb.flight.experiments.experiment import Experiment
-from skylimb.flight.flying import fly_here
+from skylimb.flight.experiments.experiment import Experiment, load_experiment
 from skylimb.flight.loading import load_flight
 from skylimb.flight.plan import mission_of
-from skylimb.flight.takeoff import take_off
 from skylimb.robots.equilibrium_results import NotHeld, Within
 from skylimb.robots.loader import FLIGHT_FILE, load_robot
 from skylimb.robots.model import Robot
+from skylimb.studies.planning.rehearsal import Rehearsal, rehearse
 
 _POINTS = 8
 """Points of the path at which the push is looked at."""
@@ -42,6 +41,9 @@ FORCE = 3.0
 """Normal force where neither the user nor the controller says one, N."""
 
 EXPERIMENT = "experiment.toml"
+
+By = Literal["flight", "margin"]
+"""What counts between two postures that hold the pushes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +61,8 @@ class TaskPlan:
         purpose: of the vectoring angles that the controller flies with.
         there: the robot standing in it.
         coefficients: of its vectoring angles over its family, Chebyshev, (nv, degree + 1).
+        own_flight: how the experiment was flown in the nominal posture, where it holds the pushes.
+        planned_flight: and in the one that was found; None of a robot without files.
     """
 
     experiment: Experiment
@@ -71,6 +75,8 @@ class TaskPlan:
     purpose: str
     there: Robot
     coefficients: np.ndarray
+    own_flight: Rehearsal | None = None
+    planned_flight: Rehearsal | None = None
 
 
 def plan(
@@ -78,6 +84,7 @@ def plan(
     controller: str | Controller = "hybrid",
     force: float | None = None,
     set: Mapping[str, Any] | None = None,
+    by: By = "flight",
 ) -> TaskPlan:
     """The posture that leaves the rotors the most torque all along an experiment's path.
 
@@ -86,6 +93,7 @@ def plan(
         controller: what is to fly it: a name, a file, or a controller at hand.
         force: normal force, N; by default the controller's, else 3 N.
         set: dotted keys of the experiment, or of the controller with "controller." in front, and new values.
+        by: what counts, see `plan_posture`.
 
     Returns:
         The posture beside the robot's own; `write_planned` makes an experiment of it.
@@ -95,25 +103,32 @@ def plan(
         UnreachableError: no posture can do it, or none of those that can be held is flown without a loss.
     """
     loaded = load_flight(experiment, controller, set=set)
-    return plan_posture(loaded.experiment, loaded.robot, loaded.controller, force)
+    return plan_posture(loaded.experiment, loaded.robot, loaded.controller, force, by)
 
 
 def plan_posture(
-    experiment: Experiment, robot: Robot, controller: Controller, force: float | None = None
+    experiment: Experiment,
+    robot: Robot,
+    controller: Controller,
+    force: float | None = None,
+    by: By = "flight",
 ) -> TaskPlan:
-    """The posture with the greatest worst margin along an experiment's path, of those that fly it.
+    """The posture with the greatest worst margin along an experiment's path, of those that fly it well.
 
     At `_POINTS` points of the slide the tip presses along the surface's normal and drags with its friction.
+    Each posture is flown before it is proposed, with the force that was asked.
 
     Args:
         experiment: with a surface and a path.
         robot: the experiment's.
         controller: what is to fly it; it says which force it commands, and what its vectoring angles keep.
         force: normal force, N; by default the controller's, else `FORCE`.
+        by: "flight" proposes nothing that flies worse than the robot's own posture, see `Rehearsal`;
+            "margin" whatever is not lost.
 
     Raises:
         ConfigError: the experiment touches nothing, or its path stands still.
-        UnreachableError: no posture can do it, or none of those that can be held is flown without a loss.
+        UnreachableError: no posture can do it, or none of those that can be held flies well enough.
     """
     if not experiment.approach.contact:
         raise ConfigError(
@@ -124,6 +139,9 @@ def plan_posture(
     wanted = force if force is not None else needs.force or FORCE
     if not 0.0 < wanted < 1e3:
         raise ConfigError(f"force = {wanted:g} N is outside of 0 .. 1000 N")
+    if force is not None and needs.force:
+        pressed = replace(experiment.trajectory, force=(force, force))
+        experiment = replace(experiment, trajectory=pressed)
     task, points = _task(experiment, robot, needs.vectoring, wanted)
     table = vectoring_table(robot, needs.vectoring)
     psi = np.asarray(table.angles(robot.description.posture.theta_nominal), dtype=float)
@@ -132,16 +150,27 @@ def plan_posture(
     )
     nothing = np.zeros((len(points), robot.n_rotors))
     start = TaskPosture(robot.nominal_posture(), psi, 0.0, nothing, nothing[:, 0])
+    judged = by == "flight" and bool(nominal)
+    own = rehearse(experiment, controller) if nominal else None
+    least = nominal.margin if nominal and judged else -math.inf
     why = "none leaves the tip a way to and fro on which the vectoring angles suit the task"
-    missed: list[NotHeld] = []
-    for posture in _as_flown(robot, task, best_postures(robot, task, start), missed):
+    missed, short = list[NotHeld](), ""
+    for posture in _as_flown(robot, task, best_postures(robot, task, start), missed, least):
         plan = TaskPlan(
             experiment, robot, task, points, wanted, nominal, posture[0], needs.vectoring, *posture[1:]
         )
-        lost = _lost(plan, controller)
-        if not lost:
-            return plan
-        why = lost
+        flown = _flown(plan, controller)
+        why = flown.lost if flown else ""
+        worse = flown.worse_than(own) if judged and flown and own and not why else ""
+        if not why and not worse:
+            return replace(plan, own_flight=own, planned_flight=flown)
+        short = short or (worse and f"; that with {posture[0].margin:.2f} N m: {worse}")
+    if nominal and judged:
+        raise UnreachableError(
+            f"'{robot.name}' stands best as it does: no posture that leaves more torque than its own "
+            f"({nominal.margin:.2f} N m) flies {experiment.name} as well{short}; "
+            'by = "margin" (--by margin) takes the most torque that is not lost'
+        )
     nearest = max(missed, key=lambda one: one.greatest or 0.0, default=None)
     if nearest is not None:
         why = f"{nearest}, with the vectoring angles that suit the whole of its family"
@@ -153,14 +182,16 @@ def plan_posture(
 
 
 def _as_flown(
-    robot: Robot, task: Task, postures: list[TaskPosture], missed: list[NotHeld]
+    robot: Robot, task: Task, postures: list[TaskPosture], missed: list[NotHeld], least: float
 ) -> Iterator[tuple[TaskPosture, Robot, np.ndarray]]:
     """Postures with the vectoring angles that suit their whole family, the greatest margin first.
 
-    `missed` gets what is in the way of those that these angles do not hold.
+    None leaves less than `least`, N m. `missed` gets what is in the way of those that these do not hold.
     """
     settled: list[tuple[TaskPosture, Robot, np.ndarray]] = []
     for posture in postures:
+        if posture.margin <= least:
+            break
         # What suits a whole family leaves no more than what suits one posture of it.
         yield from _taken(settled, posture.margin)
         found = settled_in(robot, task, posture)
@@ -168,7 +199,7 @@ def _as_flown(
             missed.append(found)
         elif found is not None:
             settled.append(found)
-    yield from _taken(settled, -math.inf)
+    yield from _taken(settled, least)
 
 
 def _taken(
@@ -179,19 +210,18 @@ def _taken(
         yield settled.pop()
 
 
-def _lost(plan: TaskPlan, controller: Controller) -> str:
-    """Why the experiment is lost in the planned posture, flown once; empty where it is not.
+def _flown(plan: TaskPlan, controller: Controller) -> Rehearsal | None:
+    """How the experiment is flown in the planned posture.
 
     A margin at rest does not say that a controller holds the robot there: thrusts that tilt it may push it
     the other way first, faster than the controller looks on. A robot made in Python has no files to fly from,
     and is taken as planned.
     """
     if not plan.robot.description.sources:
-        return ""
+        return None
     with tempfile.TemporaryDirectory() as folder:
         write_planned(plan, Path(folder) / "planned")
-        (takeoff,) = take_off(str(Path(folder) / "planned" / EXPERIMENT), (controller,))
-        return fly_here(takeoff).cause
+        return rehearse(load_experiment(str(Path(folder) / "planned" / EXPERIMENT)), controller)
 
 
 def _task(experiment: Experiment, robot: Robot, purpose: str, force: float) -> tuple[Task, np.ndarray]:
