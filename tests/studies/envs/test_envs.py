@@ -179,6 +179,16 @@ def test_a_moved_path_is_followed_and_a_privileged_policy_sees_it() -> None:
     assert moved == pytest.approx([0.0, 0.05, 0.0], abs=0.01)  # u is y
 
 
+def test_signals_of_the_flight_are_shown_besides_or_alone() -> None:
+    names = ("contact_force", "cog_position_estimate")
+    alone = FlightEnv(observations="signals", signals=names, duration=1.0, draws=1)
+    besides = FlightEnv(signals=names, duration=1.0, draws=1)
+    assert (
+        alone.fleet.layout == besides.fleet.layout[:2] == (("contact_force", 3), ("cog_position_estimate", 3))
+    )
+    assert np.array_equal(alone.reset(seed=0)[0], besides.reset(seed=0)[0][:6])
+
+
 def test_gains_are_written_from_end_to_end() -> None:
     made = FlightEnv(actions="gains", gains=FORCE, duration=12.0, draws=1)
 
@@ -241,6 +251,7 @@ def test_a_term_of_ones_own_is_paid_and_its_mistakes_are_named() -> None:
         ({"actions": "gains", "gains": {"translation.force": (1.0, -5.0)}}, ConfigError, "from the lower"),
         ({"actions": "gains", "gains": {"translation.force": (-5.0, 1.0)}}, ConfigError, "translation.force"),
         ({"vary": {"surface.frictoin": {"uniform": [0.1, 0.2]}}}, UnknownNameError, "friction"),
+        ({"signals": ("contact_forse",)}, UnknownNameError, "did you mean 'contact_force'"),
         ({"count": 0}, ConfigError, "at least 1"),
     ],
 )

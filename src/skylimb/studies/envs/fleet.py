@@ -70,7 +70,7 @@ class Fleet:
         draw, first = self.start(0)
         self._numbers = tuple(key for key, value in draw.values.items() if isinstance(value, int | float))
         self.actions = actions_of(self.settings, first)
-        self._shown = Observations(first, self.settings.observations == "privileged", self._numbers)
+        self._shown = Observations(first, self.settings, self._numbers)
         self.flights = LockStep([first] * count, self.settings.ticks, threads)
         self.signals, self._asked = first.tick.signals, reference_layout(first.plant.robot)
         self._period = first.period

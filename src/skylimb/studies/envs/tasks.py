@@ -75,9 +75,10 @@ class EnvSettings:
         Key("", "gains: dotted gain -> its value at -1 and at 1", low=-inf, high=inf),
     ] = field(default_factory=dict)
     observations: Annotated[
-        Literal["measured", "privileged"],
-        Key("", "what the robot measures, or the truth and the draw as well"),
+        Literal["measured", "privileged", "signals"],
+        Key("", "what the robot measures; the truth and the draw as well; or `signals` and nothing else"),
     ] = "measured"
+    signals: Annotated[tuple[str, ...], Key("", "signals of the flight that are shown besides")] = ()
     history: Annotated[
         int, Key("", "observations that are shown at once, the newest first", low=1, high=64)
     ] = 1
