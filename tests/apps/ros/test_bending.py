@@ -11,6 +11,7 @@ from skylimb.apps.ros.bending import Bending
 from skylimb.apps.ros.limits import FlightLimits
 from skylimb.apps.ros.references import References
 from skylimb.apps.ros.targets import RefusedError, Shape
+from skylimb.control.planning import vectoring_step
 from skylimb.control.planning.posture import posture_family
 from skylimb.control.planning.vectoring_step import RATE, STEP, TILTED, plan_vectoring
 from steered import Steered
@@ -62,6 +63,17 @@ def test_a_way_that_leaves_no_torque_is_refused_with_where_it_ends(references: R
     bending = planned(references.bending(references.shape(0.5), LINE, None, LIMITS))
     assert "% of the way there, " in bending.refused
     assert f"it takes {references.least:.2f} N m" in bending.refused
+
+
+def test_what_plans_is_made_before_a_flight(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Making it takes longer than a tick."""
+    made: list[str] = []
+    whole = vectoring_step.planning_function
+    monkeypatch.setattr(
+        vectoring_step, "planning_function", lambda robot: made.append(robot.name) or whole(robot)
+    )
+    Steered()
+    assert made == ["hydrus_xi_quad"]
 
 
 def test_on_the_ground_the_best_gimbals_are_taken_and_what_cannot_fly_is_refused(

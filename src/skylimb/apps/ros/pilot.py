@@ -62,6 +62,8 @@ class Pilot:
         self._foreign: tuple[str, ...] = ()
         self._now: tuple[Inputs, Body | None] = Inputs(0.0, None, -np.inf), None
         self._form = flyer.references.place_of(flyer.first).form
+        if flyer.references.plans:
+            _ = flyer.references.least  # what plans is made here: it takes longer than a tick of a flight
         # On the ground nothing is flown, but what is measured is judged as in flight.
         self._watch = Watchdog(robot, self.flyer.guard_limits)
 

@@ -62,13 +62,26 @@ class References:
             joints: where it ends, rad, (nq,).
             theta: of the family where it ends in one of its postures, rad.
             limits: how fast joints move.
+
+        Raises:
+            RefusedError: for a robot whose vectoring angles cannot be planned.
         """
+        self._require_plans()
         home = None if theta is None else self.shape(theta)
         joints = joints if home is None else home.joints
         way = float(np.abs(joints - start.joints).max())
         shortest = max(limits.shortest_way, way / limits.joint_speed)
         psi = None if home is None else home.vectoring
         return Bending(self.robot, start, joints, psi, theta, shortest, self.least)
+
+    @property
+    def plans(self) -> bool:
+        """Whether ways to other postures than those of the family can be planned."""
+        return self.robot.n_joints > 0 and self.robot.n_rotors >= 4
+
+    def _require_plans(self) -> None:
+        if not self.plans:
+            raise RefusedError("only its family of postures is flown: plans take four rotors or more")
 
     @cached_property
     def least(self) -> float:
@@ -81,6 +94,7 @@ class References:
         Raises:
             RefusedError: where it could not fly in it.
         """
+        self._require_plans()
         try:
             plan = first_vectoring(self.robot, joints)
         except AllocationError as error:
