@@ -244,8 +244,16 @@ class Cascade:
 
     def force_with(self, key: str, value: Any) -> float:
         """The normal force that the law of a gain commands once the gain of this key has this value, N."""
-        changed = self.preset.with_gain(key, value, f"controller {self.name}")
-        return getattr(changed.slots, key.partition(".")[0]).needs.force
+        # A live flight asks for all its changes at each of them.
+        at = key, repr(value)
+        if at not in self._forces:
+            changed = self.preset.with_gain(key, value, f"controller {self.name}")
+            self._forces[at] = getattr(changed.slots, key.partition(".")[0]).needs.force
+        return self._forces[at]
+
+    @cached_property
+    def _forces(self) -> dict[tuple[str, str], float]:
+        return {}
 
     def key_tables(self) -> Iterator[Table]:
         """Every key that it was made from, with value, unit, range and meaning."""

@@ -9,6 +9,7 @@ from of_kind import of_kind
 from skylimb.analysis.exchange.convert import read_log
 from skylimb.analysis.exchange.recorder import FULL, FlightRecorder
 from skylimb.apps.studio.key_edits import value_now
+from skylimb.apps.studio.live_flight import SETTLED
 from skylimb.base.errors import ConfigError, SkylimbError, UnknownNameError
 from skylimb.flight.events import GainChange, Push, SurfaceChange
 from told_session import Session
@@ -203,7 +204,7 @@ def test_what_people_do_is_on_the_disk_as_it_is_flown(short, tmp_path):
     session.advance(60)
     session.release()
     session.rewind(0.4)
-    session.advance(240)
+    session.advance(round((0.2 + SETTLED) / session.live.period))
     recorder.close()
     for number, flight in enumerate(session.live.flights, 1):
         read = read_log(tmp_path / str(number) / "01-flight.mcap")

@@ -52,6 +52,7 @@ class FlightView:
         body = mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_BODY, BODY)
         self._surface = [self._model.nbody] if body < 0 else [body, self._model.nbody]
         self._turned = np.zeros((self._model.nbody + 1, 4))
+        self._tilt: tuple[tuple[float, ...], np.ndarray] = (), np.zeros(4)
 
     def scene(self) -> dict[str, Any]:
         """Everything that does not change from moment to moment; lengths in m, forces in N, vectors in W."""
@@ -91,9 +92,12 @@ class FlightView:
         """Place and quaternion of the surface's axes in W at a tick, (7,); and whether it is there."""
         flight, surface = self._flight, self._flight.takeoff.plant.surface
         state = state_of(flight.surface[tick])
-        R = surface_rotation(surface.contact_axis, state.slope, state.pitch, state.roll)
+        turned = state.slope, state.pitch, state.roll
+        if turned != self._tilt[0]:  # seldom, and it is a quarter of a frame's work
+            R = surface_rotation(surface.contact_axis, *turned)
+            self._tilt = turned, quaternion_from_rotation(R)
         slid = surface.motion(tick * flight.takeoff.period)[0] * surface.motion_axis
-        return np.concatenate([state.position + slid, quaternion_from_rotation(R)]), state.present > 0.0
+        return np.concatenate([state.position + slid, self._tilt[1]]), state.present > 0.0
 
     def values(self, ticks: int | None = None) -> dict[str, np.ndarray]:
         """The numbers of a moment by what they are, always as many and in the same order.

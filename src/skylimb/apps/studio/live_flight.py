@@ -30,6 +30,10 @@ HISTORY = 30.0
 SPACING = 1.0
 """Seconds between two moments that are kept; what lies between them is flown again."""
 
+SETTLED = 3.0
+"""Seconds without a change after which the record of what is flown is made anew: that takes a thread some
+50 ms, in which the next change would take twice as long."""
+
 _FRAMES = ("body_sameframe", "geom_sameframe", "site_sameframe")
 
 
@@ -161,7 +165,7 @@ class LiveFlight:
     def _keep(self, record: RecordedTicks, k: int) -> None:
         # A hand on a slider makes a branch a frame, and what is flown takes some 50 ms to put into words.
         since = None if self._changed is None else k - self._changed
-        if since is not None and (since > SPACING / self.takeoff.period or self.over):
+        if since is not None and (since > SETTLED / self.takeoff.period or self.over):
             record.changed(self.takeoff, self.over)
             self._changed = None
         record.flown(k, self._driver.log[k])
@@ -208,7 +212,7 @@ class LiveFlight:
 
     def _use(self, takeoff: Takeoff) -> None:
         """Let what changes in flight act from here on."""
-        self.takeoff, self._mission = takeoff, takeoff.mission  # a take-off looks for it each time it is asked
+        self.takeoff, self._mission = takeoff, takeoff.mission  # each look at a take-off's seeks it anew
         if isinstance(self._driver, CompiledDriver):
             self._driver.gains[:] = self._own_gains
         events = takeoff.timeline(takeoff.times)
