@@ -201,8 +201,12 @@ def _change(second: Client, value: list[float]) -> float:
     """Change a gain; the time until that is flown, s."""
     sent = time.perf_counter()
     second.say("set", key=GAIN, value=value)
-    while second.event("state")["gains"][0].get(GAIN.removeprefix("controller.")) != value:
-        pass
+    while (state := second.event("state"))["gains"][0].get(GAIN.removeprefix("controller.")) != value:
+        if state["over"]:  # just before it: that was refused
+            second.say("restart")
+            second.event("restarted")
+            sent = time.perf_counter()
+            second.say("set", key=GAIN, value=value)
     return time.perf_counter() - sent
 
 
