@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 from playwright import sync_api
 
-from chromium import WORDS, needs_chromium, overlapping, serious, silent_page, until
+from chromium import WORDS, needs_chromium, overlapping, serious, silent_page, until, wait_for
 from skylimb.apps.studio.session import Session
 
 pytestmark = needs_chromium
@@ -26,6 +26,17 @@ SHADE = """() => {
         .map(([x, y]) => [x * box.width, y * box.height]);
 }"""
 """Where the middles of the robot's shapes throw their shadows on the floor, px of the picture."""
+
+
+HUES = """() => {
+    const { past, figures: [figure] } = skylimbStudio, { contactArrow: { material }, trace, times } = figure;
+    const newtons = (time) => Math.hypot(...past.at(time).subarray(...figure.layout.force));
+    const rgb = trace.geometry.attributes.instanceColorStart.data.array;
+    const hue = (colour) => colour.getHSL({}).h, colour = material.color.clone();
+    return [[figure.force, hue(colour)],
+        ...times.map((time, i) => [newtons(time), hue(colour.setRGB(...rgb.subarray(6 * i, 6 * i + 3)))])];
+}"""
+"""Force, N, and hue: of the contact's arrow, then of each segment of the pen's line."""
 
 
 @pytest.fixture
@@ -89,7 +100,7 @@ def test_words_lie_apart_and_a_switch_takes_them_away(page: sync_api.Page) -> No
     assert np.mean(np.abs(with_words[part] - without[part]) > 20) > 0.05
 
 
-def test_the_number_of_the_force_covers_no_words(
+def test_the_force_colours_arrow_and_line_and_its_number_covers_no_words(
     run_studio: Any, browser: sync_api.Browser, tmp_path: Any
 ) -> None:
     with run_studio(tmp_path, experiment="paper") as studio, silent_page(browser) as page:
@@ -97,6 +108,7 @@ def test_the_number_of_the_force_covers_no_words(
         page.get_by_label("Speed, 0.1 to 20 times").focus()
         page.keyboard.press("End")
         until(page, "document.body.dataset.ready && skylimbStudio.figures[0].force > 0.1")
+        until(page, "skylimbStudio.figures[0].count > 5 && skylimbStudio.figures[0].force > 0.1")
         number = paused(page, 0.0).locator("#felt span")
         number.wait_for()
         picture, box = page.locator("#picture canvas").bounding_box(), number.bounding_box()
@@ -104,6 +116,10 @@ def test_the_number_of_the_force_covers_no_words(
         assert box is not None
         own = [box["x"] - picture["x"], box["y"] - picture["y"], box["width"], box["height"]]
         assert overlapping([own, *page.evaluate(WORDS, "skylimbStudio")]) == []
+        arrow, *line = page.evaluate(HUES)
+        for newtons, hue in (arrow, *line):
+            assert hue == pytest.approx(0.62 * (1.0 - min(1.0, newtons / 5.0)), abs=1e-3)
+        assert len({round(hue, 2) for _, hue in line}) > 1
 
 
 @pytest.mark.parametrize("name", ["front", "side", "top", "pen", "whole robot"])
@@ -116,6 +132,23 @@ def test_a_view_is_chosen_with_the_keyboard(page: sync_api.Page, name: str) -> N
     page.get_by_label("View", exact=True).last.focus()
     page.keyboard.type(name)
     until(page, f"Math.hypot(...{place}.map((x, i) => x - {before}[i])) > 0.05")
+
+
+def test_the_camera_follows_the_robot(page: sync_api.Page) -> None:
+    until(page, "skylimbStudio.past.end > 0.2")
+    page.get_by_role("button", name="Follow").click()
+    seen = (
+        "(({ figures: [{ centre }], sceneView: { camera } }) =>"
+        " [centre.toArray(), camera.position.clone().sub(centre).toArray()])(skylimbStudio)"
+    )
+    start, before = page.evaluate(seen)
+    page.locator("#picture canvas").focus()
+    page.keyboard.press("2")
+    page.keyboard.down("ArrowUp")  # a push
+    wait_for(lambda: np.linalg.norm(np.subtract(page.evaluate(seen)[0], start)) > 0.02)
+    page.keyboard.up("ArrowUp")
+    assert page.evaluate(seen)[1] == pytest.approx(before, abs=1e-6)
+    page.keyboard.press("1")
 
 
 def test_the_whole_robot_is_in_the_first_picture(page: sync_api.Page) -> None:

@@ -7,11 +7,13 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from playwright import sync_api
 
@@ -19,6 +21,7 @@ from chromium import needs_chromium, silent_page, until, wait_for
 from failing_controller import save_failing_controller
 from flown_state import flown_gain
 from of_kind import of_kind
+from skylimb.apps.studio.messages import Set
 from skylimb.flight.events import GainChange
 
 GAIN = "translation.normalized_stiffness"
@@ -73,6 +76,46 @@ def test_one_key_is_brought_back_to_take_off_and_to_the_preset(page: sync_api.Pa
     changed.get_by_role("button", name=f"controller.{GAIN}: back to preset").click()
     wait_for(lambda: flown_gain(studio.session, GAIN) == preset)
     wait_for(lambda: float(field.input_value()) == preset[0])
+
+
+def test_everything_is_brought_back_to_the_preset(page: sync_api.Page, studio: Any) -> None:
+    keys = {GAIN: "3", "translation.damping_ratio": "0.7"}
+    preset = {key: flown_gain(studio.session, key) for key in keys}
+    for key, value in keys.items():
+        set_gain(page, value, key)
+    wait_for(lambda: all(flown_gain(studio.session, key)[0] == float(keys[key]) for key in keys))
+    take_off(page)
+    changed = page.get_by_role("region", name="What was changed")
+    changed.get_by_role("button", name="All back to preset").click()
+    wait_for(lambda: {key: flown_gain(studio.session, key) for key in keys} == preset)
+    changed.get_by_role("button", name="All back to preset").wait_for(state="hidden")
+
+
+def test_a_page_that_slept_shows_what_flies_and_is_not_flooded(page: sync_api.Page, studio: Any) -> None:
+    until(page, "skylimbStudio.past.end > 0.5")
+    page.evaluate(
+        "() => { window.heard = []; const now = () => window.heard.push(performance.now());"
+        " skylimbStudio.line.socket.addEventListener('message', now); }"
+    )
+    before = studio.session.live.time
+    change = Set(key=f"controller.{GAIN}", value=3.0, entry=0)
+    threading.Timer(1.0, studio.flight.command, [change]).start()
+    # A browser that gives a page no turn.
+    page.evaluate("() => { const begun = performance.now(); while (performance.now() - begun < 4000); }")
+    until(page, f"skylimbStudio.past.end > {before} + 2.0")
+    heard = np.array(page.evaluate("window.heard"))
+    slept = int(np.argmax(np.diff(heard)))
+    assert heard[slept + 1] - heard[slept] > 3000.0
+    assert (
+        np.sum(heard[slept + 1 :] < heard[slept + 1] + 200.0) < 40
+    )  # of 200 frames that were made meanwhile
+    page.get_by_label("Search gains and keys").fill(GAIN.replace(".", " ").replace("_", " "))
+    field = page.get_by_label(f"controller.{GAIN}, entry 1", exact=True)
+    wait_for(lambda: float(field.input_value()) == flown_gain(studio.session, GAIN)[0] == 3.0)
+    gap = page.evaluate(
+        "Math.max(...skylimbStudio.past.frames.map((frame, i, all) => i ? frame[0] - all[i - 1][0] : 0))"
+    )
+    assert gap < 0.3  # the past has no hole
 
 
 def test_absurd_gains_end_in_lost_and_one_press_brings_the_last_good_ones(
