@@ -41,6 +41,15 @@ def test_the_laboratorys_names_are_recognised(lab_file):
     assert report_text(report).endswith("lab quad can hover and can touch.")
 
 
+def test_a_tip_that_hangs_below_touches_no_wall_and_the_verdict_says_so(lab_file, tmp_path):
+    mapping = tmp_path / "mapping.toml"
+    mapping.write_text('[tip]\nlink = "main"\nposition = [0.0, 0.0, -0.4]\nradius = 0.004\n')
+    report = check_robot_file(lab_file(), mapping=mapping)
+    assert report.can_touch
+    assert "can hover and can touch, but no wall ahead: 'rotor2'" in report_text(report).splitlines()[-1]
+    assert report_text(report).endswith("m before the tip along (1.00, 0.00, 0.00)")
+
+
 def test_mass_in_is_mass_out_and_pinocchios(lab_file):
     path = lab_file()
     model = pin.buildModelFromUrdf(str(path), pin.JointModelFreeFlyer())

@@ -26,7 +26,8 @@ class Actuation:
     Attributes:
         thrust_to_weight: sum of the greatest thrusts over the weight.
         hover: the steadiest hover, or what is in its way.
-        touch: how the tip stands there to the rest of the robot.
+        touch: how the tip stands there to the rest of the robot, where it is foremost by most.
+        ahead: the same along the heading, as a wall is touched.
         rank: of the (6, n) wrench matrix with the vectoring angles at rest there.
         condition: of its rows for lift and torque, which the flight controllers use; the best of the hovers
             found.
@@ -39,6 +40,7 @@ class Actuation:
     thrust_to_weight: float
     hover: Held | NotHeld
     touch: Touch
+    ahead: Touch
     rank: int
     condition: float
     rank_moving: int
@@ -73,6 +75,7 @@ def actuation(robot: Robot) -> Actuation:
         float(limits.sum() / robot.weight),
         hover,
         can_touch(robot, q, at),
+        can_touch(robot, q, at, np.array([1.0, 0.0, 0.0])),
         _rank(fixed),
         condition,
         _rank(np.hstack([fixed, moving])),

@@ -29,7 +29,8 @@ def verdict(report: RobotReport) -> str:
     """Whether it can hover, and touch, and else why not, in a line. A task is an experiment's to ask for."""
     name = report.description.name
     if report.can_touch:
-        return f"{name} can hover and can touch."
+        ahead = report.actuation.ahead if report.actuation is not None else True
+        return f"{name} can hover and can touch{'.' if ahead else f', but no wall ahead: {ahead}'}"
     if report.can_hover:
         why = f": {report.actuation.touch}" if report.actuation is not None else ""
         return f"{name} can hover and cannot touch{why}"
