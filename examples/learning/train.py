@@ -182,7 +182,7 @@ def _boxes(seen: tuple[int, ...], done: tuple[int, ...]) -> tuple[Any, Any]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("out", type=Path)
-    parser.add_argument("--rounds", type=int, default=60)
+    parser.add_argument("--rounds", type=int, default=31)
     asked = parser.parse_args()
     train(asked.out, asked.rounds)
     replace_text(POLICY, (asked.out / POLICY.name).read_text("utf-8"))
