@@ -189,7 +189,8 @@ def _require_name(kind: str, name: str) -> None:
         raise ConfigError(f"NAME = '{name}' is no name: letters, digits and _, and no digit first")
     if name in _taken(kind):
         raise ConfigError(f"{kind} '{name}' is there already; choose another name")
-    if not Path(f"{name}.py").exists() and importlib.util.find_spec(name):
+    here = Path(name).exists() or Path(f"{name}.py").exists()  # what is in the way is named as such
+    if not here and importlib.util.find_spec(name):
         raise ConfigError(f"'{name}' is a module of Python's or a package's, which {name}.py would hide")
 
 
