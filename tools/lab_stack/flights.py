@@ -1,7 +1,7 @@
 """The lab's own flight_check.py, flown by the lab's own stack on `skylimb ros simulator`.
 
     python tools/lab_stack/flights.py SOURCES WORKSPACE [--robot hydrus|hydrus_xi] [--runs 10]
-        [--python DIR ...] [--out DIR]
+        [--seed 0] [--python DIR ...] [--set KEY=VALUE ...] [--out DIR]
 
 SOURCES is a checkout of jsk_aerial_robot, WORKSPACE a folder below which its nodes are, built. With --python
 come packages that are not in the environment: `ros_numpy`, `smach`, and the lab's messages. The robot is
@@ -42,7 +42,7 @@ SHAPES = 0.70, 0.25, 10
 REACHED = 0.08
 """Of a joint's angle, rad: servos hang by up to 0.06 under the rotors."""
 
-CALIBRATED = ("sensors.imu.accelerometer_bias_drawn=0", "sensors.imu.gyro_bias_drawn=0")
+CALIBRATED = {"sensors.imu.accelerometer_bias_drawn": "0", "sensors.imu.gyro_bias_drawn": "0"}
 """The lab's own simulation gives its board the true attitude; here an IMU without biases makes it."""
 
 _JOINTS = ["joint1", "joint2", "joint3"]
@@ -121,6 +121,7 @@ def main() -> int:
     parser.add_argument("--robot", choices=ROBOTS, default="hydrus")
     parser.add_argument("--runs", type=int, default=10)
     parser.add_argument("--python", type=Path, nargs="*", default=[])
+    parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--set", nargs="*", default=[], metavar="KEY=VALUE")
     parser.add_argument("--out", type=Path, default=Path("out/lab_stack"))
     given = parser.parse_args()
@@ -133,10 +134,10 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         imported = Path(folder) / given.robot
         skylimb.import_robot(lab.sources / ROBOTS[given.robot].xacro, imported, lab.sources)
-        for k in range(given.runs):
-            runs.append(
-                fly(lab, given.robot, imported, out / f"run{k}", [f"seed={k}", *CALIBRATED, *given.set])
-            )
+        for k in range(given.seed, given.seed + given.runs):
+            keys = {"seed": str(k), **CALIBRATED, **dict(word.split("=", 1) for word in given.set)}
+            settings = [f"{key}={value}" for key, value in keys.items()]
+            runs.append(fly(lab, given.robot, imported, out / f"run{k}", settings))
             print(_line(k, runs[-1]), flush=True)
             (out / "runs.json").write_text(json.dumps(runs, indent=1), encoding="utf-8")
     passed = sum(run["success"] for run in runs)
