@@ -12,10 +12,12 @@ from short_flights import CIRCLE, HOLD
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.late_gains import MOST
 from skylimb.control.loop.loop import Loop
+from skylimb.control.preset import preset_names
 from skylimb.control.supervisor.limits import Limits
 from skylimb.flight.drivers.free import FreeDriver
 from skylimb.flight.drivers.world import world
 from skylimb.flight.flying import simulated_vehicle
+from skylimb.flight.loading import plan_flights
 from skylimb.flight.realtime.compiled_controller import CompiledController
 from skylimb.flight.realtime.guard import GuardedController
 from skylimb.flight.takeoff import take_off
@@ -27,7 +29,7 @@ SETTLED = {**HOLD, "trajectory.duration": 2.0}
     ("controller", "losses"), [("following", True), ("drawing", True), ("hybrid", False)]
 )
 def test_without_a_fault_not_a_bit_changes(controller: str, losses: bool) -> None:
-    plain = skylimb.run("paper", controller, set=HOLD)
+    plain = skylimb.run("paper", controller, set={**HOLD, "supervisor.on": False})
     watched = skylimb.run(
         "paper", controller, set={**HOLD, "supervisor.on": True, "supervisor.losses": losses}
     )
@@ -36,6 +38,17 @@ def test_without_a_fault_not_a_bit_changes(controller: str, losses: bool) -> Non
         np.testing.assert_array_equal(watched.log[name], plain.log[name], err_msg=str(name))
     assert not watched.log.supervisor_bits.any()
     assert not watched.log.supervisor_mode.any()
+
+
+def test_who_presses_beside_people_is_supervised_unless_its_experiment_says_otherwise() -> None:
+    names = preset_names()
+    for said, expected in ((None, ("drawing", "following")), (False, ()), (True, tuple(names))):
+        told = {} if said is None else {"supervisor.on": said}
+        plans = plan_flights("paper", names, set={**HOLD, **told})
+        on = tuple(name for name, one in zip(names, plans, strict=True) if one.experiment.supervisor.on)
+        assert on == expected
+        assert all(one.event_context.supervised is bool(one.experiment.supervisor.on) for one in plans)
+    assert not any(one.experiment.supervisor.losses for one in plans)
 
 
 class Blinded:
@@ -165,7 +178,7 @@ def test_a_robot_that_sees_nothing_any_more_sinks_level_and_then_stops() -> None
 def test_a_rotor_at_half_is_named_made_up_for_and_the_flight_broken_off() -> None:
     lost = {"kind": "rotor", "time": 4.0, "rotor": "rotor3", "effectiveness": 0.5}
     changes = {**HOLD, "phases.tare": 2.0, "stop_at": 5.3, "events": [lost]}
-    plain = skylimb.run("paper", "following", set=changes).log
+    plain = skylimb.run("paper", "following", set={**changes, "supervisor.on": False}).log
     log = skylimb.run(
         "paper", "following", set={**changes, "supervisor.on": True, "supervisor.losses": True}
     ).log

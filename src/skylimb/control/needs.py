@@ -29,6 +29,7 @@ class Needs:
         moves: how far it moves the vectoring angles from those of the posture, rad.
         imu: whether it works on what an IMU measures.
         slowest: pace of a mission that waits for its pen all the way; its flight has patience for that.
+        supervised: whether its simulated flights are, where their experiment does not say.
     """
 
     paced: bool = False
@@ -38,6 +39,7 @@ class Needs:
     moves: float = 0.0
     imu: bool = False
     slowest: float = 1.0
+    supervised: bool = False
 
 
 def needs_of(controller: Any) -> Needs:
@@ -80,4 +82,5 @@ def merged(needs: Iterable[Needs]) -> Needs:
         max((need.moves for need in needs), default=0.0),
         any(need.imu for need in needs),
         min((need.slowest for need in needs), default=1.0),
+        any(need.supervised for need in needs),
     )

@@ -98,7 +98,7 @@ class FlightPlan:
         """What events act on, without a plant."""
         plant = self.experiment.plant
         touches = "foot" if plant.foot is not None else "peg" if plant.peg is not None else "ball"
-        supervised = self.experiment.supervisor.on and self.traceable
+        supervised = bool(self.experiment.supervisor.on) and self.traceable
         where = self.experiment.surface, touches, self.experiment.sensors
         return EventContext(self.robot, self.controller, *where, supervised)
 
@@ -126,6 +126,8 @@ P = TypeVar("P", bound=FlightPlan)
 def checked(plan: P, known: Sequence[Event] = ()) -> P:
     """The plan after every check that can be made before take-off, each event at the time that is drawn.
 
+    Whether it is supervised is said in what comes back, by its controller where its experiment does not.
+
     Args:
         plan: to check.
         known: events that a plan like it was checked with.
@@ -135,6 +137,7 @@ def checked(plan: P, known: Sequence[Event] = ()) -> P:
             be held; the robot would start inside of the surface, its tip does not fit, or the path leaves the
             surface; the flight may take too long; or an event names what is not there.
     """
+    plan = _supervised(plan)
     experiment, robot, controller = plan.experiment, plan.robot, plan.controller
     if is_traceable(controller):
         controller.require(plan.period)
@@ -148,6 +151,15 @@ def checked(plan: P, known: Sequence[Event] = ()) -> P:
         return plan
     events = tuple(event.drawn(experiment.seed, number) for number, event in enumerate(experiment.events))
     return replace(plan, experiment=replace(experiment, events=events))
+
+
+def _supervised(plan: P) -> P:
+    """A plan whose experiment says whether it is supervised."""
+    experiment = plan.experiment
+    if experiment.supervisor.on is not None:
+        return plan
+    supervisor = replace(experiment.supervisor, on=plan.needs.supervised)
+    return replace(plan, experiment=replace(experiment, supervisor=supervisor))
 
 
 def mission_of(experiment: Experiment, robot: Robot, vectoring: str = "torque") -> Mission:

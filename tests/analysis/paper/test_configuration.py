@@ -47,6 +47,8 @@ def test_the_shipped_experiment_and_presets_are_the_papers(controller):
         ({"robot": "hydrus_xi_quad_mast"}, ["robot"]),
         ({"events": [{"kind": "push", "time": 1.0, "duration": 2.0}]}, ["events"]),
         ({"events": [{"kind": "gain", "time": 9.0, "key": "shape.mass", "value": 30.0}]}, ["events"]),
+        ({"supervisor.on": True}, ["supervisor.on"]),
+        ({"supervisor.on": False}, []),
         ({"controller.shape.mass": 41.0}, ["controller.shape.mass"]),
         ({"controller.shape.law": "fixed"}, ["controller.shape.law"]),
         ({"controller.allocation.leak.compensate": True}, ["controller.allocation.leak.compensate"]),

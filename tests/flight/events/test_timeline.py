@@ -208,7 +208,7 @@ def test_of_two_kinds_that_change_one_number_each_has_its_own_ticks() -> None:
     """Frozen commands stop every servo, but for the one that runs away by itself."""
     events = [{**JOINT, "strength": None, "speed": 0.3}, {"kind": "tick", "time": 0.5, "duration": 0.2}]
     events.append({**events[1], "time": 1.0})
-    (takeoff,) = take_off("paper", ("following",), set={**HOLD, "events": events})
+    (takeoff,) = take_off("paper", ("following",), set={**HOLD, "supervisor.on": False, "events": events})
     rows, model = takeoff.timeline(takeoff.times).model, takeoff.plant.model
     assert rows is not None
     places = {(place.field, model.actuator(place.row).name): place for place in rows.places}

@@ -78,8 +78,13 @@ def differences(config: Mapping[str, Any], controller: str) -> tuple[Difference,
         not listed.
     """
     paper = _paper(controller)
-    # An empty list or word is as good as no key: nothing is drawn, pushed or changed.
-    here = {key: value for key, value in flatten(config).items() if key in paper or value not in ([], "")}
+    # An empty list or word, or a switch that is off, is as good as no key: nothing is drawn, pushed or changed.
+    empty = [], ""
+    here = {
+        key: value
+        for key, value in flatten(config).items()
+        if key in paper or (value not in empty and value is not False)
+    }
     other = (*paper, *(key for key in here if key not in paper))
     found = [
         Difference(key, here.get(key, NOTHING), paper.get(key, NOTHING))

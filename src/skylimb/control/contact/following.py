@@ -171,8 +171,8 @@ class State(NamedTuple):
 
 
 def needs(gains: Gains) -> Needs:
-    """It sets the pace."""
-    return Needs(paced=True)
+    """It sets the pace, and presses beside people: it is supervised."""
+    return Needs(paced=True, supervised=True)
 
 
 def initial_state(gains: Gains, start: Start) -> State:

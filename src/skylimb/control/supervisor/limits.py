@@ -13,8 +13,13 @@ class Limits(Gates):
     """Times and sizes at which the supervisor acts."""
 
     on: Annotated[
-        bool, Key("", "whether a simulated flight is supervised; one on a clock, a link or ROS always is")
-    ] = False
+        bool | None,
+        Key(
+            "",
+            "whether a simulated flight is supervised; where nothing is said, one of `following` or "
+            "`drawing` is. One on a clock, a link or ROS always is",
+        ),
+    ] = None
     stale_after: Annotated[
         float,
         Key("s", "without a pose that is believed, after which the model's is flown on", low=0.0, high=10.0),
