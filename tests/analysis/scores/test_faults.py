@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 from skylimb.analysis.recording import Run
-from skylimb.analysis.scores.faults import GONE, MODE, WINDOW
+from skylimb.analysis.scores.faults import BELIEVED, GONE, MODE, WINDOW
 from skylimb.analysis.scores.registry import measured
 
 TIME = 0.005 * np.arange(1200)
@@ -27,7 +27,7 @@ def log(events: list[dict[str, Any]], status: Any = "OK", **changes: Any) -> xr.
     force = changes.get("contact_force_normal", np.ones(len(TIME)))
     values |= {"contact_force_normal": ("time", force), "phase": ("time", np.full(len(TIME), 4))}
     values["tilt"] = "time", changes.get("tilt", np.zeros(len(TIME)))
-    values |= {name: ("time", changes[name]) for name in (MODE, GONE) if name in changes}
+    values |= {name: ("time", changes[name]) for name in (MODE, GONE, *BELIEVED) if name in changes}
     found = xr.Dataset(values, {"time": TIME})
     found.phase.attrs = {"flag_values": [4], "flag_meanings": "slide"}
     told = [{"words": "", "duration": 0.0, **event} for event in events]
@@ -154,3 +154,13 @@ def test_what_the_supervisor_does_before_a_fault_is_a_false_alarm() -> None:
     assert (found["seen"], found["alarms"]) == (pytest.approx(0.25, abs=0.006), 1.0)
     quiet = numbers(log([], **{MODE: mode}))
     assert (quiet["seen"], quiet["alarms"]) == (None, 2.0)
+
+
+@pytest.mark.parametrize(("signal", "plain"), BELIEVED.items())
+def test_what_is_believed_is_timed_to_half_of_what_it_comes_to(signal: str, plain: float) -> None:
+    learnt = plain - 0.05 * np.clip((TIME - ONSET) / 0.4, 0.0, 1.0)
+    assert numbers(log([PUSH], **{signal: learnt}))["believed"] == pytest.approx(0.2, abs=0.006)
+    known, never = np.full(len(TIME), plain - 0.05), np.full(len(TIME), plain + 0.01)
+    assert numbers(log([PUSH], **{signal: known}))["believed"] == pytest.approx(0.0, abs=0.006)
+    assert numbers(log([PUSH], **{signal: never}))["believed"] is None
+    assert numbers(log([PUSH]))["believed"] is None

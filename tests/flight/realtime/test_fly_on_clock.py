@@ -43,7 +43,7 @@ class FakeTime:
 @pytest.mark.parametrize("controller", ["hybrid", "following"])
 def test_in_time_it_is_the_flight_of_run(controller: str) -> None:
     flown = fly_on_clock("paper", controller, set=HOLD, pacer=FakeTime().pacer)
-    run = skylimb.run("paper", controller, set=HOLD)
+    run = skylimb.run("paper", controller, set={**HOLD, "supervisor.on": False})
     assert flown.run.status == "OK", flown.run.cause
     assert flown.run.log.sizes == {**run.log.sizes}
     for name in run.log.data_vars:

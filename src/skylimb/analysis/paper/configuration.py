@@ -78,7 +78,7 @@ def differences(config: Mapping[str, Any], controller: str) -> tuple[Difference,
         not listed.
     """
     paper = _paper(controller)
-    # An empty list or word, or a switch that is off, is as good as no key: nothing is drawn, pushed or changed.
+    # An empty list or word, or a switch that is off, is as good as no key: nothing is changed.
     empty = [], ""
     here = {
         key: value

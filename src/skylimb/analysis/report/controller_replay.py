@@ -15,6 +15,8 @@ REPLAYED = "replayed"
 """Attribute of a replayed run's log: the name of the run that was recorded."""
 
 _KINDS = ("estimate", "command")
+_SUPERVISORS = ("supervisor_mode", "supervisor_bits", "rotor_shares_estimate", "lateness_estimate")
+"""Signals of who stands between controller and vehicle, and is not replayed."""
 
 
 class Difference(NamedTuple):
@@ -74,11 +76,11 @@ def _rms(values: np.ndarray) -> float:
 
 
 def only_in(one: Run, other: Run) -> list[str]:
-    """Estimates and commands that one run has and the other has not."""
+    """Estimates and commands of a controller that one run has and the other has not."""
     return [
         str(name)
         for name in one.log.data_vars
-        if one.log[name].attrs.get("kind") in _KINDS and name not in other.log.variables
+        if one.log[name].attrs.get("kind") in _KINDS and name not in (*other.log.variables, *_SUPERVISORS)
     ]
 
 

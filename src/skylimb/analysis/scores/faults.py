@@ -36,6 +36,12 @@ OUTLIVED = 5.0
 GENTLE, UPRIGHT = 0.6, 0.2
 """Speed (m/s) and tilt (rad) below which a supervised flight that comes to the floor has landed."""
 
+BELIEVED = {"lateness_estimate": 0.0, "thrust_scale_estimate": 1.0}
+"""Signals that say what is believed of latency and thrust, and what they are without a fault."""
+
+LEAST = 0.02
+"""What they come to by themselves, s or share: less is none."""
+
 MODE, GONE = "supervisor_mode", "surface_gone"
 """Signals: of a supervised flight, 0 while nothing is wrong; of a law, 1 where its surface has gone."""
 
@@ -59,6 +65,11 @@ def _worse(meaning: str, unit: str) -> Score:
         "rush": _worse("Greatest speed of the tip along the contact axis after a fault", "m/s"),
         "gone": _worse("Time from a fault until the law knows its surface gone; never: no number", "s"),
         "seen": _worse("Time from a fault until the supervisor acts; never: no number", "s"),
+        "believed": _worse(
+            "Time from a fault until half of the latency or change of thrust is believed that is in the end; "
+            "never: no number",
+            "s",
+        ),
         "alarms": _worse("Times that the supervisor acted before a fault, or without one", ""),
     },
 )
@@ -74,7 +85,13 @@ def fault(run: Run) -> dict[str, float]:
     landed = run.failed and _landed(log)
     lost = run.failed and not (time[-1] >= end or lasted >= OUTLIVED or landed)
     if lost or (run.twin is not None and run.twin.failed):
-        known = {"lasted": lasted, "landed": landed, "seen": seen, "alarms": alarms}
+        known = {
+            "lasted": lasted,
+            "landed": landed,
+            "seen": seen,
+            "believed": _believed(log, onset),
+            "alarms": alarms,
+        }
         return {key: known.get(key, np.nan) for key in fault.keys}
     # What is there from take-off on is counted from the first sample.
     first = max(0, int(np.searchsorted(time, onset - 1e-9)) - 1)
@@ -99,6 +116,7 @@ def fault(run: Run) -> dict[str, float]:
         "rush": float(np.gradient(axis.along(recorded(log, "tip_position")[after]), time[after]).max()),
         "gone": _first(log, GONE, onset),
         "seen": seen,
+        "believed": _believed(log, onset),
         "alarms": alarms,
     }
 
@@ -135,6 +153,17 @@ def _first(log: xr.Dataset, signal: str, onset: float) -> float:
         return np.nan
     sure = log.time.values[(log[signal].values > 0.5) & (log.time.values >= onset - 1e-9)]
     return float(sure[0] - onset) if len(sure) else np.nan
+
+
+def _believed(log: xr.Dataset, onset: float) -> float:
+    """Time from an onset until half of what is believed in the end is, of latency or thrust, s."""
+    time, found = log.time.values, [np.inf]
+    for signal, plain in BELIEVED.items():
+        if signal in log:
+            off = np.abs(log[signal].values - plain)
+            half = time[(off >= 0.5 * off[-1]) & (time >= onset - 1e-9)]
+            found += [float(half[0] - onset)] if off[-1] > LEAST and len(half) else []
+    return min(found) if np.isfinite(min(found)) else np.nan
 
 
 def _noticed(log: xr.Dataset, onset: float) -> tuple[float, float]:

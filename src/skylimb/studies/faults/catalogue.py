@@ -18,7 +18,7 @@ from skylimb.studies.campaign.spec import CampaignSpec
 CATALOGUE = Path(__file__).with_name("catalogue.toml")
 MEASURES = "faults"
 """The set of a flight's numbers that bounds may name, without "fault_" before them."""
-NOTICED = ("seen", "alarms")
+NOTICED = ("seen", "believed", "alarms")
 """Those that a flight without a supervisor does not have."""
 SWITCH = "supervisor.on"
 """Key of an experiment whose flights are supervised."""

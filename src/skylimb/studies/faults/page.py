@@ -73,7 +73,7 @@ class Row:
         return all(
             value is not None and value <= bound
             for key, bounds in held.items()
-            for value, bound in zip(self.numbers[key], bounds, strict=True)
+            for value, bound in zip(self.numbers.get(key, (None, None)), bounds, strict=True)
         )
 
 
