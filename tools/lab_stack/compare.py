@@ -1,9 +1,8 @@
 """Our board against the lab's own, compiled: thrusts of random cases.
 
-    tools/lab_stack/build.sh SOURCES OUT
-    python tools/lab_stack/compare.py OUT/board [--cases 10000] [--seed 1] [--gimbal-dof 0]
-        [--write FILE]
+    python tools/lab_stack/compare.py BOARD [--cases 10000] [--seed 1] [--gimbal-dof 0] [--write FILE]
 
+BOARD is a program of your own: `board.cpp` beside this file, around the lab's attitude controller.
 It exits with 1 where a thrust differs by more than 1e-3 N, or the angle of a rotor that the board turns by
 1e-3 rad. A ROS master is started for the board (Debian's
 `python3-rosmaster`), as its controller announces topics that nobody reads here. `--write` keeps the answers
