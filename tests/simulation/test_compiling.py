@@ -91,6 +91,20 @@ def test_a_compiler_that_is_not_there_is_named(
         compiling.built_library("tests", "three", THREE)
 
 
+def test_a_compiler_that_is_given_up_leaves_nothing_running(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pid, compiler = tmp_path / "pid", tmp_path / "cc"
+    compiler.write_text(f"#!/bin/sh\nsleep 600 &\necho $! > {pid}\nwait\n")
+    compiler.chmod(0o755)
+    monkeypatch.setattr(compiling, "_PATIENCE", 0.5)
+    monkeypatch.setattr(compiling, "compilers", lambda: [[str(compiler)]])
+    with pytest.raises(CompileError, match="timed out"):
+        compiling.compile_c([tmp_path / "a.c"], tmp_path / "a.so", compiling.FLAGS)
+    status = Path(f"/proc/{pid.read_text().strip()}/status")
+    assert not status.exists() or "zombie" in status.read_text()
+
+
 @needs_compiler
 @pytest.mark.parametrize("obstacle", ["a file in its place", "full at mkdir", "full at rename"])
 def test_a_cache_that_cannot_be_written_decides_nothing(

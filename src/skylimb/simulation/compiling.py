@@ -10,6 +10,7 @@ import hashlib
 import os
 import platform
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -27,6 +28,9 @@ _WIDE = ("-mavx",) if platform.machine().lower() in ("x86_64", "amd64") else ()
 
 FLAGS = ("-O2", "-ffp-contract=off", "-fno-math-errno", *_WIDE, "-shared", "-fPIC")
 """No fused multiply-add and no reordering, so that every machine computes the same numbers."""
+
+_PATIENCE = 600.0
+"""How long a compiler may take, s: a supervised tick takes 20 s alone, and minutes on a busy machine."""
 
 
 def built_library(folder: str, stem: str, source: str) -> Path:
@@ -179,25 +183,38 @@ def compile_c(
     problems = []
     for compiler in compilers():
         try:
-            result = subprocess.run(
-                [*compiler, *arguments],
-                capture_output=True,
-                text=True,
-                timeout=120,
-                check=False,
-                env={**os.environ, **(variables or {})},
-            )
+            code, said = _ended([*compiler, *arguments], {**os.environ, **(variables or {})})
         except (OSError, subprocess.TimeoutExpired) as error:
             problems.append(f"{compiler[0]}: {error}")
             continue
-        if result.returncode == 0:
+        if code == 0:
             return
-        first = (result.stderr.strip() or "no message").splitlines()[0]
+        first = (said.strip() or "no message").splitlines()[0]
         problems.append(f"{' '.join(compiler)}: {first}")
     raise CompileError(
         "; ".join(problems)
         or "no C compiler found (cc, gcc, clang); one can be installed: pip install 'skylimb[compiler]'"
     )
+
+
+def _ended(command: list[str], variables: Mapping[str, str]) -> tuple[int, str]:
+    """Exit code of a compiler and what it complained of. Given up, it ends with all that it began."""
+    with subprocess.Popen(
+        command,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=variables,
+        start_new_session=True,
+    ) as process:
+        try:
+            said = process.communicate(timeout=_PATIENCE)[1]
+        except BaseException:
+            if hasattr(os, "killpg"):
+                os.killpg(process.pid, signal.SIGKILL)
+            process.kill()
+            raise
+        return process.returncode, said
 
 
 def compilers() -> list[list[str]]:
