@@ -91,18 +91,28 @@ def differenced(state: Prediction, angles: Array, dt: float) -> tuple[Prediction
     return state._replace(rates=rates, angles=angles), speeds
 
 
+def parted(angles: Array, n_joints: int) -> tuple[Array, Array]:
+    """Joint angles and vectoring angles of all angles together.
+
+    Of a single symbol CasADi makes a row where nothing is left, so nothing is nothing of NumPy's.
+    """
+    none = np.zeros(0)
+    return angles[:n_joints] if n_joints else none, angles[n_joints:] if angles.shape[0] > n_joints else none
+
+
 def shown(state: Prediction, model: RobotState, n_joints: int, speeds: Array) -> Measurement:
     """What the sensors should show at this tick; angles and their rates as they were given."""
     motion = state.motion
     R, lever = rotation_from_quaternion(motion.quaternion), model.cog_root
+    q, psi = parted(state.angles, n_joints)
     moving = cross(motion.angular_velocity, lever) + model.cog_jacobian @ speeds
     return Measurement(
         position=motion.position - R @ lever,
         quaternion=motion.quaternion,
         velocity=motion.velocity - R @ moving,
         angular_velocity=motion.angular_velocity,
-        joint_angles=state.angles[:n_joints],
-        vectoring_angles=state.angles[n_joints:],
+        joint_angles=q,
+        vectoring_angles=psi,
     )
 
 

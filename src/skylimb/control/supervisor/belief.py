@@ -17,7 +17,7 @@ from skylimb.control.estimation.gates import (
 )
 from skylimb.control.estimation.lateness import lateness
 from skylimb.control.estimation.momentum_observer import ObserverState
-from skylimb.control.estimation.prediction import differenced, seen, shown
+from skylimb.control.estimation.prediction import differenced, parted, seen, shown
 from skylimb.control.estimation.records import BodyState, Imu, Measurement
 from skylimb.control.estimation.rotor_loss import Loss, Seen, look
 from skylimb.control.estimation.servos import watch_servos
@@ -74,7 +74,7 @@ def believed(
     felt = within(wrong, 0.0, 0.5) * told.joints
     angles = where(felt > 0.5, angles, prediction.angles)
     prediction, speeds = differenced(prediction, angles, dt)
-    q, psi = angles[: robot.n_joints], angles[robot.n_joints :]
+    q, psi = parted(angles, robot.n_joints)
     # Pose: as measured where that is near to what the model says, or where a row of them agrees.
     predicted = shown(prediction, robot.at(q, psi), robot.n_joints, speeds)
     fault = pose_fault(limits, measured, predicted, clocks.unseen, watch.started)
