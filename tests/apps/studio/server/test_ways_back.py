@@ -97,6 +97,7 @@ def test_a_page_that_slept_shows_what_flies_and_is_not_flooded(page: sync_api.Pa
         "() => { window.heard = []; const now = () => window.heard.push(performance.now());"
         " skylimbStudio.line.socket.addEventListener('message', now); }"
     )
+    until(page, "window.heard.length > 2")
     before = studio.session.live.time
     change = Set(key=f"controller.{GAIN}", value=3.0, entry=0)
     threading.Timer(1.0, studio.flight.command, [change]).start()
