@@ -141,7 +141,9 @@ def test_the_observer_knows_the_wrench_that_the_allocation_gives(cascades: dict[
 
 def test_needs_of_laws_are_merged(cascades: dict[str, Cascade]) -> None:
     assert cascades["hybrid"].needs == Needs()
-    assert cascades["following"].needs == Needs(paced=True, vectoring="contact", force=1.0, moves=0.5)
+    assert cascades["following"].needs == Needs(
+        paced=True, vectoring="contact", force=1.0, moves=0.5, supervised=True
+    )
     assert needs_of(cascades["following"]) is not None
     assert merged([Needs(preview=(0.1,)), Needs(), Needs(paced=True)]) == Needs(True, (0.1,))
     assert merged([Needs(preview=(0.1,)), Needs(preview=(0.1,))]).preview == (0.1,)

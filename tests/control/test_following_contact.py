@@ -87,7 +87,7 @@ def test_it_begins_in_the_air_at_the_missions_pace(make_start: Callable[..., Sta
     state = following.initial_state(GAINS, make_start())
     assert state.machine == MachineState()
     assert state[2:7] == (0.0, 0.0, 0.0, 1.0, 0.0)
-    assert following.needs(GAINS) == Needs(paced=True)
+    assert following.needs(GAINS) == Needs(paced=True, supervised=True)
 
 
 def test_the_tip_is_where_body_and_arm_put_it(look: Any) -> None:
