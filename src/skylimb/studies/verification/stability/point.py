@@ -160,7 +160,8 @@ def operating_point(
             moment cannot know: a surface that moves, or friction that varies.
     """
     require_compiled(controller, "linearised")
-    experiment = quiet(experiment)
+    # Without a fault the supervisor changes nothing; its clocks and predictions are no states of this loop.
+    experiment = experiment_with(quiet(experiment), {"supervisor.on": False})
     takeoff = prepare(experiment, robot_of(experiment), controller)
     plant, mission = _without_rest(takeoff.plant), takeoff.mission
     if plant.surface.moves or plant.surface.friction_varies:
