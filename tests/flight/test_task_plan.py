@@ -21,7 +21,7 @@ from skylimb.control.planning.tip_pose import link_distances, tip_position
 from skylimb.control.planning.vectoring_search import evaluate, posture_function
 from skylimb.robots.equilibrium import can_hold
 from skylimb.robots.equilibrium_results import NotHeld
-from skylimb.studies.planning.rehearsal import Rehearsal
+from skylimb.studies.planning.rehearsal import Rehearsal, rehearse
 from skylimb.studies.planning.task_plan import plan_posture, write_planned
 
 
@@ -152,6 +152,20 @@ def test_the_asked_force_is_the_one_that_is_flown(robot, monkeypatch):
             skylimb.load_experiment("paper"), robot, skylimb.load_controller("following", robot), 1.5
         )
     assert asked[0].trajectory.force == (1.5, 1.5)
+
+
+def test_a_flight_that_is_refused_counts_as_lost(robot):
+    experiment = skylimb.load_experiment("paper")
+    hard = dataclasses.replace(
+        experiment, trajectory=dataclasses.replace(experiment.trajectory, force=(12.0, 12.0))
+    )
+    assert "12 N" in rehearse(hard, skylimb.load_controller("following", robot)).lost
+
+
+def test_a_score_that_is_not_there_makes_no_posture_worse():
+    flown = Rehearsal("", 2.0, 1.0, float("nan"), 0.004)
+    assert not flown.worse_than(Rehearsal("", 2.0, 1.0, 0.1, 0.004))
+    assert not Rehearsal("", 2.0, 1.0, 0.1, 0.004).worse_than(flown)
 
 
 def test_the_family_takes_the_tip_to_and_fro(robot, plan):

@@ -35,8 +35,9 @@ def plan(
     """Find the posture that leaves the rotors the most torque all along an experiment's path.
 
     Joint angles, heading and vectoring angles are chosen together, for the push along the surface's normal
-    and the drag of its friction, within joint limits, without links or rotors touching anything. With --apply
-    the experiment is written anew, with its robot standing that way.
+    and the drag of its friction, within joint limits, without links or rotors touching anything. A posture
+    is flown, with the asked force, before it is proposed. With --apply the experiment is written anew, with
+    its robot standing that way.
 
     Examples:
         skylimb plan paper

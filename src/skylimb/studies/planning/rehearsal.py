@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from skylimb.base.errors import SkylimbError
 from skylimb.control.controller import Controller
 from skylimb.flight.experiments.experiment import Experiment
 from skylimb.flight.flying import fly_here
@@ -25,7 +26,7 @@ class Rehearsal:
     """How an experiment was flown in a posture, medians of `DRAWS` flights.
 
     Attributes:
-        lost: why a flight was lost; empty where none was.
+        lost: why a flight was lost, or refused before take-off; empty where none was.
         force: mean normal force while in touch, N.
         touch: share of the slide in touch.
         spread: standard deviation of the normal force, N.
@@ -55,17 +56,17 @@ class Rehearsal:
 
 
 def rehearse(experiment: Experiment, controller: Controller) -> Rehearsal:
-    """Fly an experiment `DRAWS` times, with other noise each; the first that is lost ends it.
-
-    Raises:
-        SkylimbError: the experiment is refused before take-off.
-    """
+    """Fly an experiment `DRAWS` times, with other noise each; the first that is lost or refused ends it."""
     scores = []
     for draw in range(DRAWS):
-        (takeoff,) = take_off(replace(experiment, seed=experiment.seed + draw), (controller,))
+        try:
+            (takeoff,) = take_off(replace(experiment, seed=experiment.seed + draw), (controller,))
+        except SkylimbError as error:
+            return Rehearsal(str(error))
         flight = fly_here(takeoff)
         if flight.cause:
             return Rehearsal(flight.cause)
         metrics = scored_run(takeoff, flight).metrics
-        scores.append([float(metrics[name]) for name in _SCORES])
+        found = (metrics.get(name) for name in _SCORES)
+        scores.append([float("nan") if score is None else float(score) for score in found])
     return Rehearsal("", *map(float, np.median(scores, axis=0)))
