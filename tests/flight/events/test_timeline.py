@@ -157,8 +157,7 @@ def test_a_timeline_is_what_each_kind_does() -> None:
     friction = next(place.column for place in found.model.places if place.field == "pair_friction")
     assert found.model.values[0, friction] == takeoff.experiment.surface.friction
     assert found.model.values[-1, friction] == 0.2
-    (push,) = found.wrenches
-    assert (push.begin, push.end) == (200, 240)
+    assert {(push.begin, push.end) for push in found.wrenches} == {(200, 240)}
 
 
 def test_without_a_plant_only_the_controllers_events_are_there() -> None:

@@ -20,9 +20,9 @@ def test_its_impulse_is_that_of_its_drag(profile: str, share: float) -> None:
     impulse = sum(0.005 * (one.end - one.begin) * np.array(one.force) for one in wrenches)
     greatest = 0.5 * 1.225 * 0.1 * 25.0 * np.array([0.6, 0.8, 0.0])
     np.testing.assert_allclose(impulse, share * greatest, rtol=1e-3)
-    ticks = [(one.begin, one.end) for one in wrenches]
+    ticks = sorted({(one.begin, one.end) for one in wrenches})
     assert all(end == begin for (_, end), (begin, _) in pairwise(ticks))
-    assert {one.local for one in wrenches} == {0}
+    assert len({one.body for one in wrenches}) > 4  # it blows on all links
 
 
 def test_it_says_how_hard_it_pushes() -> None:

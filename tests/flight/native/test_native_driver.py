@@ -110,7 +110,7 @@ FLIGHTS: dict[str, tuple[str, str, dict[str, Any]]] = {
     "following a board that leaves": ("paper", "following", LEAVING),
     "gains that change": ("paper", "following", CHANGED),
     "no lift": ("paper", "pid", {"plant.thrust_scale": 0.5}),
-    "pushed away": ("push", "pid", {"events.0.force": [0.0, 9.0, 0.0], "events.0.time": 2.0}),
+    "pushed away": ("push", "pid", {"events.0.force": [0.0, 20.0, 0.0], "events.0.time": 2.0}),
 }
 LOST = {"no lift": "hit the floor", "pushed away": "lost position"}
 

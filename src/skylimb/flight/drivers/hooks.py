@@ -124,12 +124,12 @@ def pushing(plant: Plant, data: mujoco.MjData, events: Timeline) -> list[Hook]:
     wrenches, model = events.wrenches, plant.model
     if not wrenches:
         return []
-    numbers = [(w.begin, w.end, w.body, bool(w.local), *map(np.array, (w.force, w.torque))) for w in wrenches]
+    numbers = [(w.begin, w.end, w.body, *map(np.array, (w.force, w.torque))) for w in wrenches]
     points = [tuple(wrench.point) for wrench in wrenches]
 
     def push(k: int) -> None:
         moved = False
-        for (begin, end, body, local, force, torque), point in zip(numbers, points, strict=True):
+        for (begin, end, body, force, torque), point in zip(numbers, points, strict=True):
             if not begin <= k < end:
                 continue
             if not moved:
@@ -137,16 +137,14 @@ def pushing(plant: Plant, data: mujoco.MjData, events: Timeline) -> list[Hook]:
                 mujoco.mj_kinematics(model, data)
                 mujoco.mj_comPos(model, data)
                 moved = True
-            at = data.subtree_com[body]
-            if local:
-                x, R = data.xpos[body], data.xmat[body]
-                # Term by term, as in C: a matrix product may round otherwise.
-                at = np.array(
-                    [
-                        x[i] + (R[3 * i] * point[0] + R[3 * i + 1] * point[1] + R[3 * i + 2] * point[2])
-                        for i in range(3)
-                    ]
-                )
+            x, R = data.xpos[body], data.xmat[body]
+            # Term by term, as in C: a matrix product may round otherwise.
+            at = np.array(
+                [
+                    x[i] + (R[3 * i] * point[0] + R[3 * i + 1] * point[1] + R[3 * i + 2] * point[2])
+                    for i in range(3)
+                ]
+            )
             mujoco.mj_applyFT(model, data, force, torque, at, body, data.qfrc_applied)
 
     return [push]

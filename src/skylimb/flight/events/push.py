@@ -1,11 +1,15 @@
-"""Pushes on the flying robot: constant wrenches, at its centre of gravity or at a point of a link."""
+"""Pushes on the flying robot: constant wrenches, at its centre of gravity or at a point of a link.
+
+A bent robot's centre of gravity lies in the air. A force there is spread over all bodies by their masses, as
+gravity is: it accelerates all of them alike and loads no joint. Held by one link it would bend the arm.
+"""
 
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import field
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 
@@ -29,7 +33,9 @@ class Push(Event):
     duration: Annotated[float, Key("s", "how long it lasts", above=0.0, high=1e5)] = field(kw_only=True)
     force: Annotated[Vector, Key("N", "force in W", low=-STRONGEST, high=STRONGEST)] = _ZERO
     torque: Annotated[Vector, Key("N m", "torque in W", low=-50.0, high=50.0)] = _ZERO
-    link: Annotated[str, Key("", "link that is pushed; empty for the robot's true centre of gravity")] = ""
+    link: Annotated[
+        str, Key("", "link that is pushed; empty for all by their masses, through the true centre of gravity")
+    ] = ""
     point: Annotated[
         Vector, Key("m", "where the force acts, in the link's axes; only with a link", low=-10.0, high=10.0)
     ] = _ZERO
@@ -59,23 +65,38 @@ class Push(Event):
     def effect(cls, events: Sequence[Push], context: EventContext, times: np.ndarray) -> tuple[Wrench, ...]:
         """All wrenches that act in some tick, in the order in which they are added up."""
         assert context.plant is not None
-        model, root, found = context.plant.model, context.robot.description.root, []
+        model, found = context.plant.model, []
+        root = model.body(context.robot.description.root).id
         for push in events:
             begin, end = np.searchsorted(times, [push.time - 1e-9, push.time + push.duration - 1e-9])
             if begin < end and (any(push.force) or any(push.torque)):
-                body, local = model.body(push.link or root).id, int(bool(push.link))
-                found.append(Wrench(begin, end, body, local, push.force, push.torque, push.point))
+                if push.link:
+                    body = model.body(push.link).id
+                    found.append(Wrench(begin, end, body, push.force, push.torque, push.point))
+                else:
+                    found += _spread(model, root, begin, end, push)
         return tuple(found)
+
+
+def _spread(model: Any, root: int, begin: int, end: int, push: Push) -> Iterator[Wrench]:
+    """A push on the whole robot: each body's share of the force, and the torque on the root."""
+    bodies = [body for body in range(root, model.nbody) if model.body_rootid[body] == model.body_rootid[root]]
+    for body in bodies:
+        share = model.body_mass[body] / model.body_subtreemass[root]
+        torque = push.torque if body == root else _ZERO
+        if share * np.any(push.force) or any(torque):
+            yield Wrench(
+                begin, end, body, tuple(share * np.array(push.force)), torque, tuple(model.body_ipos[body])
+            )
 
 
 class Wrench(ctypes.Structure):
     """A push on a model; `Wrench` of flight.c is declared from these fields.
 
-    begin, end: ticks from which and before which it acts. body: that is pushed. local: 1 when the force acts
-    at `point`, m, in the body's axes; 0 when it acts at the centre of gravity of the body and all below it.
+    begin, end: ticks from which and before which it acts. body: that is pushed at `point`, m, in its axes.
     """
 
     _fields_ = (
-        ("begin", _Word), ("end", _Word), ("body", _Word), ("local", _Word),
+        ("begin", _Word), ("end", _Word), ("body", _Word),
         ("force", _Vector), ("torque", _Vector), ("point", _Vector),
     )  # fmt: skip

@@ -108,8 +108,13 @@ def test_the_force_colours_arrow_and_line_and_its_number_covers_no_words(
         page.get_by_label("Speed, 0.1 to 20 times").focus()
         page.keyboard.press("End")
         until(page, "document.body.dataset.ready && skylimbStudio.figures[0].force > 0.1")
-        until(page, "skylimbStudio.figures[0].count > 5 && skylimbStudio.figures[0].force > 0.1")
-        number = paused(page, 0.0).locator("#felt span")
+        until(page, "skylimbStudio.figures[0].count > 5")
+        number = page.locator("#felt span")
+        while not paused(page, 0.0).evaluate(
+            "skylimbStudio.figures[0].force > 0.1"
+        ):  # the pen has let go just then
+            page.get_by_role("button", name="Go on", exact=True).click()
+            until(page, "!skylimbStudio.state.paused")
         number.wait_for()
         picture, box = page.locator("#picture canvas").bounding_box(), number.bounding_box()
         assert picture is not None

@@ -88,13 +88,10 @@ static void push(const Flight* f, const mjModel* m, mjData* d, int64_t k) {
   for (int64_t n = 0; n < f->n_wrenches; n++) {
     const Wrench* p = f->wrenches + n;
     if (k < p->begin || k >= p->end) continue;
-    const mjtNum *at = d->subtree_com + 3 * p->body, *x = d->xpos + 3 * p->body, *R = d->xmat + 9 * p->body;
-    mjtNum point[3];
-    if (p->local) {
-      for (int i = 0; i < 3; i++)
-        point[i] = x[i] + (R[3 * i] * p->point[0] + R[3 * i + 1] * p->point[1] + R[3 * i + 2] * p->point[2]);
-      at = point;
-    }
+    const mjtNum *x = d->xpos + 3 * p->body, *R = d->xmat + 9 * p->body;
+    mjtNum at[3];
+    for (int i = 0; i < 3; i++)
+      at[i] = x[i] + (R[3 * i] * p->point[0] + R[3 * i + 1] * p->point[1] + R[3 * i + 2] * p->point[2]);
     engine.apply(m, d, p->force, p->torque, at, (int)p->body, d->qfrc_applied);
   }
 }
