@@ -9,7 +9,15 @@ import pytest
 
 import skylimb
 from skylimb.control.planning.vectoring import nominal_posture
-from skylimb.control.supervisor.descents import LEANS, RATE, ROOM, Descents, descents_of, protecting_posture
+from skylimb.control.supervisor.descents import (
+    LEANS,
+    NEAR,
+    RATE,
+    ROOM,
+    Descents,
+    descents_of,
+    protecting_posture,
+)
 from skylimb.control.supervisor.limits import Limits
 from skylimb.robots.equilibrium import hovers
 from skylimb.robots.equilibrium_results import Within
@@ -65,12 +73,29 @@ def test_nobody_searches_where_nobody_looks() -> None:
 
 def test_the_angles_go_straight_to_their_end_and_stay_there() -> None:
     ways, here, dt = Descents((None, np.array([1.0, -0.5]))), np.zeros(2), 0.005
-    np.testing.assert_array_equal(ways.followed(np.ones(2), here, dt), here)
-    np.testing.assert_array_equal(ways.followed(np.array([0.0, 1.0]), here, dt), here)
+    np.testing.assert_array_equal(ways.followed(np.ones(2), np.zeros(0), here, dt), here)
+    np.testing.assert_array_equal(ways.followed(np.array([0.0, 1.0]), np.zeros(0), here, dt), here)
     path = [here]
     for _ in range(80):
-        path.append(ways.followed(np.array([1.0, 0.0]), path[-1], dt))
+        path.append(ways.followed(np.array([1.0, 0.0]), np.zeros(0), path[-1], dt))
     np.testing.assert_array_equal(path[-1], [1.0, -0.5])
     np.testing.assert_allclose(np.array(path) @ [0.5, 1.0], 0.0, atol=1e-12)
     assert np.abs(np.diff(path, axis=0)).max() == pytest.approx(RATE * dt)
     assert [ways.missing(np.array(left)) for left in ([1.0, 0.0], [0.0, 1.0], [1.0, 1.0])] == [0.0, 1.0, 0.0]
+
+
+def test_a_limp_joint_needs_no_torque_with_near_angles() -> None:
+    robot = skylimb.load_robot("hydrus_xi_quad")
+    q, psi = nominal_posture(robot, "contact")
+    ways = descents_of(robot, "contact", Limits(losses=True))
+    free, *others = ways.limp
+    assert free is not None
+    assert others == [None, None]  # they are too far, as docs/faults.md says
+    assert np.abs(free - psi).max() <= NEAR + 1e-6
+    torques = next(hovers(robot, q, free, Within(LEANS[-1], 0.0))).joint_torques
+    before = next(hovers(robot, q, psi, Within(LEANS[-1], 0.0))).joint_torques
+    assert abs(torques[0]) < 0.1 < 0.3 < abs(before[0])
+    there, limp = psi, np.array([1.0, 0.0, 0.0])
+    for _ in range(80):
+        there = ways.followed(np.ones(4), limp, there, 0.005)
+    np.testing.assert_allclose(there, free, atol=1e-12)

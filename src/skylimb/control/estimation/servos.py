@@ -21,7 +21,7 @@ import numpy as np
 
 from skylimb.robots.loads import thrust_lines
 from skylimb.robots.model import Robot
-from skylimb.symbolic import Array, abs, clip, low_pass, max, stack, where
+from skylimb.symbolic import Array, abs, clip, low_pass, stack, where
 
 ASTRAY = 0.1
 """Way from where a joint should be that no load explains, rad; without a fault joints keep to 0.04."""
@@ -54,7 +54,7 @@ def initial_servos(robot: Robot) -> Servos:
 
 def watch_servos(
     robot: Robot, state: Servos, command: Array, angles: Array, thrusts: Array, dt: float
-) -> tuple[Servos, Any]:
+) -> tuple[Servos, Array]:
     """One step.
 
     Args:
@@ -66,10 +66,10 @@ def watch_servos(
         dt: control period, s.
 
     Returns:
-        What is remembered, and 1 where a joint is astray.
+        What is remembered, and 1 for each joint that is astray, (n,).
     """
     if not angles.shape[0]:
-        return state, 0.0
+        return state, angles
     servos = _servos(robot)
     begun = [where(state.started > 0.5, before, angles) for before in state[:2]]
     set_points = begun[0] + clip(command - begun[0], -servos.turns * dt, servos.turns * dt)
@@ -79,7 +79,7 @@ def watch_servos(
     off = angles - expected
     astray = where(abs(off - state.bent) > servos.bound, 1.0, 0.0)
     bent = where(astray > 0.5, state.bent, low_pass(state.bent, off, MEAN, dt))
-    return Servos(set_points, expected, bent, 1.0), max(astray)
+    return Servos(set_points, expected, bent, 1.0), astray
 
 
 class _Known(NamedTuple):

@@ -26,13 +26,16 @@ from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Watch
 from skylimb.control.supervisor.table import CUT, DESCEND
 from skylimb.robots.model import Robot
-from skylimb.symbolic import Array, abs, stack, where, within
+from skylimb.symbolic import Array, abs, max, stack, where, within
 
 UNSEEN = 1e6
 """Age of a frame that is not seen, s."""
 
 LATE = 0.03
 """Age beyond the assumed latency at which a frame says nothing of the rotors any more, s."""
+
+FASTER = 1.5
+"""Speed of a joint that nothing holds, in those of its servo."""
 
 DOUBT = 0.012
 """Age beside the believed one at which latency is looked at in contact, s."""
@@ -100,14 +103,16 @@ def believed(
     belief = measured._replace(joint_angles=q, vectoring_angles=psi, capture_age=age, **pose)
     prediction, body = seen(robot, prediction, belief, speeds, stale, dt)
     # Joints and rotors: where servos should have turned them, and what the loss of one rotor would explain.
-    servos, astray = watch.servos, 0.0
+    servos, astray, limp = watch.servos, 0.0, watch.limp
     late, loss, lost = watch.late, watch.loss, Seen(0.0 * watch.loss.left, 0.0, 0.0)
     if limits.losses:
         commanded = stack(watch.command.joint_angles, watch.command.vectoring_angles)
-        servos, astray = watch_servos(robot, servos, commanded, angles, prediction.thrusts, dt)
+        servos, each = watch_servos(robot, servos, commanded, angles, prediction.thrusts, dt)
         # Servos give way where thrusts change fast: without a rotor, as a pose comes back, or far too late.
         calm = within(watch.loss.left, 1.0, np.inf) * over(back, SHAKEN)
-        astray = astray * calm * within(late.late, 0.0, MOST)
+        each = each * calm * within(late.late, 0.0, MOST)
+        astray = max(each) if each.shape[0] else 0.0
+        limp = _limp(robot, watch, each[: robot.n_joints], speeds[: robot.n_joints])
         # A robot that swings, as frames are older than its model assumes, or that bends where nobody sent it,
         # looks like one without a rotor.
         fresh = good * within(measured.capture_age, 0.0, limits.latency + late.late + LATE) * (1.0 - astray)
@@ -131,9 +136,19 @@ def believed(
         prediction=prediction,
         loss=loss,
         servos=servos,
+        limp=limp,
         late=late,
     )
     return watch, Belief(belief, body, stack(fault, wrong), stale, speaks, lost, astray)
+
+
+def _limp(robot: Robot, watch: Watch, astray: Array, speeds: Array) -> Array:
+    """Joints that are astray and faster than a servo turns them: it has let go. The first ones are kept."""
+    if not astray.shape[0]:
+        return watch.limp
+    most = FASTER * robot.description.shape_servos.speed_limit
+    known = within(watch.mode, DESCEND, CUT) * over(max(watch.limp), 0.5)
+    return where(known > 0.5, watch.limp, astray * where(abs(speeds) > most, 1.0, 0.0))
 
 
 def _given_up(

@@ -1,9 +1,12 @@
-"""How a robot comes down that has lost a rotor: what its vectoring angles are then, found before take-off.
+"""How a robot comes down without a rotor or a joint's servo: its vectoring angles, found before take-off.
 
 The others have to carry it, without torque. Whether they can is one question to `robots.equilibrium`, asked
 of the robot without that rotor, in its nominal posture, with ever more lean. There is no time to bend: joints
 turn at .5 rad/s, and a robot that has lost a rotor tilts by 15 degrees in .2 s. So rotors without which
 there is no way down are named before take-off, and a posture in which there would be one.
+
+A joint that nothing holds swings, as the tilted rotors of its links push past it; their thrusts swing along,
+and the robot drifts off. Where near vectoring angles leave no torque in the joint, they are taken.
 """
 
 from __future__ import annotations
@@ -28,6 +31,10 @@ LEANS = 0.01, 0.15, 0.3
 ROOM = 0.05
 """Share of its range that has to be left to every thrust."""
 
+NEAR, SLACK = 0.8, 1e-3
+"""Greatest move of the vectoring angles for a limp joint, rad: what takes longer comes when it has swung far.
+And the torque that may be left in it, N m."""
+
 POSTURES, NEARER = 40, 4
 """Postures that are tried for one with a way down, evenly over the joints' travel, and how often the way to
 the first one that has it is halved."""
@@ -41,18 +48,30 @@ class Descents(NamedTuple):
 
     Attributes:
         angles: vectoring angles without each of the rotors, rad, (nv,); None where there is no way down.
+        limp: likewise without the servo of each shape joint.
     """
 
     angles: tuple[np.ndarray | None, ...] = ()
+    limp: tuple[np.ndarray | None, ...] = ()
 
     def missing(self, left: Array) -> Any:
         """How many rotors are lost without which there is no way down; `left` is 0 of a lost one, (n,)."""
         none = np.array([float(angles is None) for angles in self.angles] or [0.0] * left.shape[0])
         return dot(none, where(left > 0.0, 0.0, 1.0))
 
-    def followed(self, left: Array, here: Array, dt: float) -> Array:
-        """Vectoring angles of a tick on their straight way to those without the rotor that is lost."""
+    def followed(self, left: Array, limp: Array, here: Array, dt: float) -> Array:
+        """Vectoring angles of a tick on their straight way to those without the part that is lost.
+
+        Args:
+            left: 0 of a rotor that is lost, (n,).
+            limp: 1 of a shape joint that is, (n_joints,).
+            here: vectoring angles of the last tick, rad, (nv,).
+            dt: control period, s.
+        """
         there = here
+        for index, angles in enumerate(self.limp):
+            if angles is not None:
+                there = where(limp[index] > 0.5, angles, there)
         for index, angles in enumerate(self.angles):
             if angles is not None:
                 there = where(left[index] > 0.0, there, angles)
@@ -116,7 +135,8 @@ def protecting_posture(robot: Robot, purpose: str, lost: int) -> np.ndarray | No
 @functools.lru_cache(maxsize=16)
 def _descents(robot: Robot, purpose: str) -> Descents:
     posture = nominal_posture(robot, purpose)
-    return Descents(tuple(_without(robot, lost, *posture) for lost in range(robot.n_rotors)))
+    rotors = tuple(_without(robot, lost, *posture) for lost in range(robot.n_rotors))
+    return Descents(rotors, tuple(_slack(robot, joint, *posture) for joint in range(robot.n_joints)))
 
 
 def _without(robot: Robot, lost: int, q: np.ndarray, psi: np.ndarray) -> np.ndarray | None:
@@ -139,6 +159,17 @@ def _without(robot: Robot, lost: int, q: np.ndarray, psi: np.ndarray) -> np.ndar
         still = rest.wrench_function(q, psi + turn - turn * alone) - rest.wrench_function(q, psi + turn)
         turn[joint] *= np.abs(still.full()).max() > 0.02
     return psi + turn
+
+
+def _slack(robot: Robot, joint: int, q: np.ndarray, psi: np.ndarray) -> np.ndarray | None:
+    """The nearest vectoring angles with which a joint needs no torque."""
+    if not len(psi):
+        return None
+    known = robot.description
+    torques = np.where(np.arange(robot.n_joints) == joint, SLACK, known.shape_servos.torque_limit)
+    limp = Robot(replace(known, shape_servos=replace(known.shape_servos, torque_limit=torques)))
+    found = can_hold(limp, q, psi, None, Within(LEANS[1], NEAR))
+    return found.vectoring_angles if found and found.room >= ROOM else None
 
 
 def _others(robot: Robot, lost: int) -> Robot:

@@ -78,6 +78,7 @@ class Watch(NamedTuple):
         prediction: for the next one.
         loss: which rotor has lost thrust.
         servos: where they should have turned the joints.
+        limp: 1 for each shape joint that nothing holds any more, (n_joints,).
         late: how late measurements are.
         command: that was given last.
         asked: last reference of the mission, at which the flight was broken off.
@@ -91,6 +92,7 @@ class Watch(NamedTuple):
     prediction: Prediction
     loss: Loss
     servos: Servos
+    limp: Array
     late: Lateness
     command: Command
     asked: Reference
@@ -134,6 +136,7 @@ def initial_watch(robot: Robot, imu: bool = False) -> Watch:
         prediction=initial_prediction(robot, low),
         loss=initial_loss(robot.n_rotors),
         servos=initial_servos(robot),
+        limp=np.zeros(robot.n_joints),
         late=Lateness(),
         command=Command(low, q, psi),
         asked=zero_reference(robot.n_joints, robot.n_vectoring),

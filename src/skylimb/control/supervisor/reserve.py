@@ -103,7 +103,7 @@ def instead(
     least = within(watch.mode, DESCEND + 0.5, CUT) + (1.0 - watch.started)
     thrusts = where(least > 0.5, low[0], where(holds > 0.5, watch.command.thrusts, reserve))
     first = Command(thrusts, sight.reference.joint_angles, sight.reference.vectoring_angles)
-    angles = descents.followed(left, watch.command.vectoring_angles, dt)
+    angles = descents.followed(left, watch.limp, watch.command.vectoring_angles, dt)
     last = watch.command._replace(thrusts=thrusts, vectoring_angles=angles)
     return chosen(watch.started > 0.5, last, first)
 
