@@ -1,0 +1,212 @@
+"""Model-predictive control: the pen follows the path ahead and presses, within what tilt and rotors give.
+
+For each axis of the task a plan of moves over one second is made anew at every tick, of which the first is
+flown (`control.horizon`). Along the sliding axes, and along the contact axis out of contact, y is the place of
+the centre of gravity behind the pen, and the wanted places are those of the path ahead, at the pace at which
+it goes on. In contact y is the normal force over the mass, with the arm's stiffness in the model. A move is an
+acceleration,
+
+    minimise |A (u - u_free)|^2    with -limit <= u <= limit,        f = m (u_0 + g) - c f_hat,
+
+    level axes: limit = g tan(tilt),      upright: limit = lift g,
+
+so there always is a plan, and the search for it ends. What friction pulls is not predicted: it is taken for
+what it is now. What the model of the press does not know, an integral finds.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from skylimb.base.keys import Key, Vector3, configuration
+from skylimb.control.box_least_squares import nearest_in_box
+from skylimb.control.estimation.records import Signals, Start
+from skylimb.control.horizon import STAGE, STAGES, TIMES, Axis, Plan, free_moves, plan
+from skylimb.control.needs import Needs
+from skylimb.control.press import PLAIN, SATURATED, wanted_force
+from skylimb.control.records import NOTHING, LawInput
+from skylimb.control.windup import unless_short
+from skylimb.robots.model import Robot
+from skylimb.symbolic import Array, clip, cross, dot, is_symbolic, low_pass, max, norm, stack, tan, vector, where
+
+REQUIRES = (
+    "estimate.body",
+    "estimate.arm",
+    "estimate.wrench",
+    "contact.engaged",
+    "contact.axis_position",
+    "contact.axis_velocity",
+    "contact.surface_velocity",
+    "contact.normal_force",
+    "contact.speed",
+    "contact.ease",
+    "arm.rate",
+)
+OPTIONAL = {"contact.reason": "", "contact.gone": "", "residual": ""}
+
+
+@configuration
+class Gains:
+    """Costs beside 1 for a squared acceleration, models, and limits; contact axis, then the sliding axes."""
+
+    place_cost: Annotated[Vector3, Key("1/s^4", "cost of a squared error of place", above=0.0, high=1e6)] = (
+        (25.0, 300.0, 200.0)
+    )
+    speed_cost: Annotated[Vector3, Key("1/s^2", "cost of a squared error of speed", low=0.0, high=1e6)] = (
+        (10.0, 10.0, 10.0)
+    )
+    force_cost: Annotated[float, Key("", "cost of a squared error of force over mass", low=0.0, high=1e4)] = 10.0
+    press_cost: Annotated[
+        float, Key("1/s^2", "cost of the squared speed into the surface", low=0.0, high=1e6)
+    ] = 10.0
+    lag: Annotated[
+        Vector3, Key("s", "of the acceleration behind the move: attitude, or rotors", above=0.0, high=2.0)
+    ] = (0.1, 0.05, 0.05)
+    stiffness: Annotated[
+        float, Key("N/m", "of arm and surface together, along the contact axis", above=0.0, high=1e6)
+    ] = 50.0
+    tilt: Annotated[float, Key("rad", "greatest tilt that is planned", above=0.0, high=1.0)] = 0.2
+    lift: Annotated[float, Key("", "greatest change of lift that is planned, in weights", above=0.0, high=1.0)] = 0.3
+    force: Annotated[float, Key("N", "N_ref, the wanted force", low=0.0, high=20.0)] = 1.0
+    force_integral: Annotated[
+        float, Key("1/s", "integral gain of the force error", low=0.0, high=1e3)
+    ] = 1.2
+    force_integral_limit: Annotated[float, Key("N", "greatest size of that integral", low=0.0, high=100.0)] = 3.0
+    cancel: Annotated[
+        tuple[float, float],
+        Key("", "c, shares of the force felt along the sliding axes that are cancelled", low=0.0, high=1.0),
+    ] = (0.5, 0.7)
+    cancel_cutoff: Annotated[
+        float, Key("Hz", "cut-off of the low pass on that force", above=0.0, high=1e4)
+    ] = 5.0
+    cancel_limit: Annotated[
+        float, Key("N", "greatest cancelled force per newton of press", above=0.0, high=1e3)
+    ] = 1.0
+
+
+class State(NamedTuple):
+    """What the law remembers.
+
+    Attributes:
+        made: accelerations that are believed to be made now, along the axes, m/s^2, (3,).
+        integral: of the force error, N.
+        rubbing: low-passed force in the sliding plane, N, (2,).
+    """
+
+    made: Array
+    integral: Any
+    rubbing: Array
+
+
+def needs(gains: Gains) -> Needs:
+    """The path ahead, and the force that is commanded."""
+    return Needs(preview=TIMES, force=gains.force)
+
+
+def prepare(gains: Gains, robot: Robot) -> tuple[Plan, ...]:
+    """Constants of the plans: three places, then the press."""
+    places = (
+        plan(Axis(lag, 1.0, 0.0, costs))
+        for lag, *costs in zip(gains.lag, gains.place_cost, gains.speed_cost, strict=True)
+    )
+    press = Axis(gains.lag[0], gains.stiffness / robot.mass, 1.0, (gains.force_cost, gains.press_cost))
+    return (*places, plan(press))
+
+
+def initial_state(gains: Gains, start: Start) -> State:
+    """At rest."""
+    return State(np.zeros(3), 0.0, np.zeros(2))
+
+
+def step(prepared: Any, state: State, inputs: LawInput) -> tuple[State, Array, Signals]:
+    """f_cmd in W, N, (3,)."""
+    gains, plans = prepared
+    estimate, reference, contact, dt = inputs.estimate, inputs.reference, inputs.contact, inputs.dt
+    body, arm = estimate.body, estimate.arm
+    m, gravity = body.model.mass, body.model.gravity
+    a, u = reference.contact_axis, reference.sliding_axis
+    axes = a, u, cross(a, u)
+    paces = _pace(inputs)
+
+    # Places: of the tip's reference less the arm, ahead as far as the path really goes on.
+    targets = [later.tip_position - reference.tip_position for later in reference.ahead]
+    moves, limits = [], [_limit(gains, axis, gravity) for axis in axes]
+    for i in (1, 2):
+        here = dot(axes[i], reference.tip_position - arm - body.position)
+        path = stack(here, *(here + paces * dot(axes[i], way) for way in targets))
+        speed = dot(axes[i], body.velocity)
+        rate = dot(axes[i], reference.tip_velocity)
+        moves.append(_planned(plans[i], vector(0.0, speed, state.made[i]), path, rate, limits[i]))
+
+    # Along the contact axis: led to the surface, or pressing on it.
+    engaged, speed = contact.engaged, dot(a, body.velocity)
+    here = contact.axis_position - dot(a, body.position + arm)
+    led = stack(here, *(here + contact.axis_velocity * t for t in TIMES))
+    leads = _planned(plans[0], vector(0.0, speed, state.made[0]), led, contact.axis_velocity, limits[0])
+    gone = 0.0 if contact.gone is None else contact.gone
+    commanded = wanted_force(reference.force, gains.force)
+    share = contact.ease * (1.0 - gone)
+    ahead = [wanted_force(later.force, gains.force) for later in reference.ahead]
+    wanted = stack(commanded, *(commanded + paces * (later - commanded) for later in ahead)) * (share / m)
+    relative = speed - (contact.surface_velocity - inputs.arm.rate)
+    felt = vector(contact.normal_force / m, relative, state.made[0])
+    presses = _planned(plans[3], felt, wanted, 0.0, limits[0])
+
+    missing = commanded * share - contact.normal_force
+    short = dot(a, (inputs.residual or NOTHING).force)
+    integral = state.integral + unless_short(gains.force_integral * missing * dt, short)
+    integral = clip(integral, -gains.force_integral_limit, gains.force_integral_limit) * engaged
+
+    along = where(engaged > 0.5, presses, leads)
+    wanted_moves = vector(along, *moves)
+    made = stack(*(low_pass(state.made[i], wanted_moves[i], 1.0 / gains.lag[i], dt) for i in range(3)))
+    most = gains.cancel_limit * max(commanded, 1.0)
+    total, slow = m * (gravity + a * along) + a * integral, []
+    for i in (1, 2):
+        felt_there = dot(axes[i], estimate.wrench.force)
+        slow.append(low_pass(state.rubbing[i - 1], felt_there, 2.0 * math.pi * gains.cancel_cutoff, dt))
+        rubbing = clip(slow[-1], -most, most)
+        # What no contact gives is the robot's own: a rotor that has lost thrust is not to be waited for.
+        known = engaged * (gains.cancel[i - 1] * rubbing + _upright(axes[i], gravity) * (slow[-1] - rubbing))
+        total = total + axes[i] * (m * wanted_moves[i] - known)
+    target = reference.tip_position - arm
+    beside = where(engaged > 0.5, dot(a, body.position), contact.axis_position - dot(a, arm))
+    reason = PLAIN if contact.reason is None else contact.reason
+    full = where(abs(integral) >= gains.force_integral_limit, 1.0, 0.0) * where(reason > 0.0, 0.0, 1.0)
+    signals = {
+        "cog_position_target": target + a * (beside - dot(a, target)),
+        "contact_force_reference": commanded * reference.touch,
+        "contact_force_target": commanded * share * engaged,
+        "contact_force_integral": integral,
+        "press_reason": where(full * engaged > 0.5, SATURATED, reason),
+        "planned_moves": wanted_moves,
+    }
+    return State(made, integral, vector(*slow)), total, signals
+
+
+def _planned(constants: Plan, state: Array, path: Array, rate: Any, limit: Any) -> Any:
+    """The first move of the plan, m/s^2."""
+    free = free_moves(constants, state, path, rate)
+    most = limit * np.ones(STAGES)
+    best, _ = nearest_in_box(STAGES, STAGES)(constants.cost, free, -most, most)
+    return best[0] if is_symbolic(free, limit) else float(best[0])
+
+
+def _pace(inputs: LawInput) -> Any:
+    """How fast the path goes on, beside its own pace: a mission that waits shows where it would go."""
+    ahead = inputs.reference.ahead[0].tip_position - inputs.reference.tip_position
+    return clip(STAGE * inputs.contact.speed / max(norm(ahead), 1e-6), 0.0, 1.0)
+
+
+def _limit(gains: Any, axis: Array, gravity: Array) -> Any:
+    """Greatest acceleration that is planned along an axis, m/s^2."""
+    level, g = 1.0 - _upright(axis, gravity), dot(gravity, gravity) ** 0.5
+    return g * (level * tan(gains.tilt) + (1.0 - level) * gains.lift)
+
+
+def _upright(axis: Array, gravity: Array) -> Any:
+    """1 for an axis that carries, 0 for a level one."""
+    return dot(axis, gravity) ** 2 / dot(gravity, gravity)
