@@ -83,7 +83,7 @@ def test_laws_are_the_files_of_their_folder() -> None:
         "estimation": ["momentum", "predictive"],
         "contact": ["drawing", "following", "open", "task_frame"],
         "shape": ["admittance", "fixed", "recentring"],
-        "translation": ["following", "impedance", "pid", "task_frame"],
+        "translation": ["following", "impedance", "mpc", "pid", "task_frame"],
         "attitude": ["firm", "impedance", "task_frame"],
         "allocation": ["bounded", "level", "planned", "pointed", "pseudoinverse", "vectored"],
     }
@@ -170,6 +170,7 @@ def test_presets_are_found_by_name_and_by_file(tmp_path: Path) -> None:
         "following",
         "hybrid",
         "impedance",
+        "mpc",
         "pid",
         "task_frame",
     ]

@@ -42,11 +42,16 @@ def filled(slot: str, name: str) -> Slot:
     return next((one for one in used if one.name == name), None) or Slot(name, law, law.Gains())
 
 
-COMBINATIONS = list(itertools.product(*(law_names(slot) for slot in SLOTS)))
-
-
 def slots_of(names: tuple[str, ...]) -> Slots:
     return Slots(*map(filled, SLOTS, names))
+
+
+def agree(names: tuple[str, ...]) -> bool:
+    """Whether the laws want the same previews; who wants others is refused for that."""
+    return len({slot.needs.preview for slot in slots_of(names) if slot.needs.preview}) < 2
+
+
+COMBINATIONS = list(filter(agree, itertools.product(*(law_names(slot) for slot in SLOTS))))
 
 
 def fits(slots: Slots) -> bool:

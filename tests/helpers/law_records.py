@@ -15,7 +15,7 @@ IN_THE_AIR = ContactView(
 
 
 def hover(cascade: Cascade) -> tuple[Measurement, Reference]:
-    """At rest on the reference, in the nominal posture."""
+    """At rest on the reference, in the nominal posture, with nothing else ahead."""
     family = cascade.family
     q = np.asarray(family.joint_angles(family.theta_nominal))
     psi = np.asarray(cascade.vectoring.angles(family.theta_nominal))
@@ -27,4 +27,4 @@ def hover(cascade: Cascade) -> tuple[Measurement, Reference]:
         heading=model.tip_heading, reach=family.reach_nominal, joint_angles=q, vectoring_angles=psi,
         contact_axis=X, sliding_axis=Y, tip_position=model.tip_C,
     )  # fmt: skip
-    return measurement, reference
+    return measurement, reference._replace(ahead=(reference,) * len(cascade.needs.preview))

@@ -1,4 +1,4 @@
-"""One axis over a horizon: what a plan of moves does to it, and which moves cost least where nothing limits them.
+"""One axis over a horizon: what moves do to it, and which cost least where nothing limits them.
 
 The axis has the state x = (y, v, w): what is regulated, its rate's cause, and what the rotors give. The robot
 tilts to push, so w follows the commanded u with a lag,
@@ -117,7 +117,7 @@ def _cost_to_go(F: np.ndarray, g: np.ndarray, Q: np.ndarray) -> np.ndarray:
 
 
 def _wanted(axis: Axis) -> tuple[np.ndarray, np.ndarray]:
-    """Wanted x at the stages' ends, (3 n, n + 2), and u, (n, n + 2), of the path's n + 1 places and its rate now.
+    """Wanted x at the stages' ends, (3 n, n + 2), and u, (n, n + 2), of n + 1 places and the rate now.
 
     A contact force is wanted as it is at each stage: there v is 0 and u the force.
     """

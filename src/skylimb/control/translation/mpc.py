@@ -1,10 +1,10 @@
 """Model-predictive control: the pen follows the path ahead and presses, within what tilt and rotors give.
 
 For each axis of the task a plan of moves over one second is made anew at every tick, of which the first is
-flown (`control.horizon`). Along the sliding axes, and along the contact axis out of contact, y is the place of
-the centre of gravity behind the pen, and the wanted places are those of the path ahead, at the pace at which
-it goes on. In contact y is the normal force over the mass, with the arm's stiffness in the model. A move is an
-acceleration,
+flown (`control.horizon`). Along the sliding axes, and along the contact axis out of contact, y is the place
+of the centre of gravity behind the pen, and the wanted places are those of the path ahead, at the pace at
+which it goes on. In contact y is the normal force over the mass, with the arm's stiffness in the model. A
+move is an acceleration,
 
     minimise |A (u - u_free)|^2    with -limit <= u <= limit,        f = m (u_0 + g) - c f_hat,
 
@@ -30,7 +30,20 @@ from skylimb.control.press import PLAIN, SATURATED, wanted_force
 from skylimb.control.records import NOTHING, LawInput
 from skylimb.control.windup import unless_short
 from skylimb.robots.model import Robot
-from skylimb.symbolic import Array, clip, cross, dot, is_symbolic, low_pass, max, norm, stack, tan, vector, where
+from skylimb.symbolic import (
+    Array,
+    clip,
+    cross,
+    dot,
+    is_symbolic,
+    low_pass,
+    max,
+    norm,
+    stack,
+    tan,
+    vector,
+    where,
+)
 
 REQUIRES = (
     "estimate.body",
@@ -53,12 +66,18 @@ class Gains:
     """Costs beside 1 for a squared acceleration, models, and limits; contact axis, then the sliding axes."""
 
     place_cost: Annotated[Vector3, Key("1/s^4", "cost of a squared error of place", above=0.0, high=1e6)] = (
-        (25.0, 300.0, 200.0)
+        25.0,
+        300.0,
+        200.0,
     )
     speed_cost: Annotated[Vector3, Key("1/s^2", "cost of a squared error of speed", low=0.0, high=1e6)] = (
-        (10.0, 10.0, 10.0)
+        10.0,
+        10.0,
+        10.0,
     )
-    force_cost: Annotated[float, Key("", "cost of a squared error of force over mass", low=0.0, high=1e4)] = 10.0
+    force_cost: Annotated[float, Key("", "cost of a squared error of force over mass", low=0.0, high=1e4)] = (
+        10.0
+    )
     press_cost: Annotated[
         float, Key("1/s^2", "cost of the squared speed into the surface", low=0.0, high=1e6)
     ] = 10.0
@@ -69,12 +88,14 @@ class Gains:
         float, Key("N/m", "of arm and surface together, along the contact axis", above=0.0, high=1e6)
     ] = 50.0
     tilt: Annotated[float, Key("rad", "greatest tilt that is planned", above=0.0, high=1.0)] = 0.2
-    lift: Annotated[float, Key("", "greatest change of lift that is planned, in weights", above=0.0, high=1.0)] = 0.3
+    lift: Annotated[
+        float, Key("", "greatest change of lift that is planned, in weights", above=0.0, high=1.0)
+    ] = 0.3
     force: Annotated[float, Key("N", "N_ref, the wanted force", low=0.0, high=20.0)] = 1.0
-    force_integral: Annotated[
-        float, Key("1/s", "integral gain of the force error", low=0.0, high=1e3)
-    ] = 1.2
-    force_integral_limit: Annotated[float, Key("N", "greatest size of that integral", low=0.0, high=100.0)] = 3.0
+    force_integral: Annotated[float, Key("1/s", "integral gain of the force error", low=0.0, high=1e3)] = 1.2
+    force_integral_limit: Annotated[
+        float, Key("N", "greatest size of that integral", low=0.0, high=100.0)
+    ] = 3.0
     cancel: Annotated[
         tuple[float, float],
         Key("", "c, shares of the force felt along the sliding axes that are cancelled", low=0.0, high=1.0),
@@ -109,8 +130,8 @@ def needs(gains: Gains) -> Needs:
 def prepare(gains: Gains, robot: Robot) -> tuple[Plan, ...]:
     """Constants of the plans: three places, then the press."""
     places = (
-        plan(Axis(lag, 1.0, 0.0, costs))
-        for lag, *costs in zip(gains.lag, gains.place_cost, gains.speed_cost, strict=True)
+        plan(Axis(lag, 1.0, 0.0, (place, speed)))
+        for lag, place, speed in zip(gains.lag, gains.place_cost, gains.speed_cost, strict=True)
     )
     press = Axis(gains.lag[0], gains.stiffness / robot.mass, 1.0, (gains.force_cost, gains.press_cost))
     return (*places, plan(press))
@@ -129,14 +150,13 @@ def step(prepared: Any, state: State, inputs: LawInput) -> tuple[State, Array, S
     m, gravity = body.model.mass, body.model.gravity
     a, u = reference.contact_axis, reference.sliding_axis
     axes = a, u, cross(a, u)
-    paces = _pace(inputs)
+    ways, forces = _ahead(gains, inputs)
 
-    # Places: of the tip's reference less the arm, ahead as far as the path really goes on.
-    targets = [later.tip_position - reference.tip_position for later in reference.ahead]
+    # Places: of the tip's reference less the arm.
     moves, limits = [], [_limit(gains, axis, gravity) for axis in axes]
     for i in (1, 2):
         here = dot(axes[i], reference.tip_position - arm - body.position)
-        path = stack(here, *(here + paces * dot(axes[i], way) for way in targets))
+        path = stack(here, *(here + dot(axes[i], way) for way in ways))
         speed = dot(axes[i], body.velocity)
         rate = dot(axes[i], reference.tip_velocity)
         moves.append(_planned(plans[i], vector(0.0, speed, state.made[i]), path, rate, limits[i]))
@@ -149,8 +169,7 @@ def step(prepared: Any, state: State, inputs: LawInput) -> tuple[State, Array, S
     gone = 0.0 if contact.gone is None else contact.gone
     commanded = wanted_force(reference.force, gains.force)
     share = contact.ease * (1.0 - gone)
-    ahead = [wanted_force(later.force, gains.force) for later in reference.ahead]
-    wanted = stack(commanded, *(commanded + paces * (later - commanded) for later in ahead)) * (share / m)
+    wanted = stack(commanded, *forces) * (share / m)
     relative = speed - (contact.surface_velocity - inputs.arm.rate)
     felt = vector(contact.normal_force / m, relative, state.made[0])
     presses = _planned(plans[3], felt, wanted, 0.0, limits[0])
@@ -195,10 +214,19 @@ def _planned(constants: Plan, state: Array, path: Array, rate: Any, limit: Any) 
     return best[0] if is_symbolic(free, limit) else float(best[0])
 
 
-def _pace(inputs: LawInput) -> Any:
-    """How fast the path goes on, beside its own pace: a mission that waits shows where it would go."""
-    ahead = inputs.reference.ahead[0].tip_position - inputs.reference.tip_position
-    return clip(STAGE * inputs.contact.speed / max(norm(ahead), 1e-6), 0.0, 1.0)
+def _ahead(gains: Any, inputs: LawInput) -> tuple[list[Array], list[Any]]:
+    """Ways of the tip from here, m, and wanted forces, N, at the ends of the stages.
+
+    They are those at which the path really goes on: a mission that waits shows where it would go. Where
+    nobody shows what lies ahead, as in exported C, it goes on as it goes now.
+    """
+    reference, now = inputs.reference, wanted_force(inputs.reference.force, gains.force)
+    if not reference.ahead:
+        return [reference.tip_velocity * t for t in TIMES], [now] * STAGES
+    ways = [later.tip_position - reference.tip_position for later in reference.ahead]
+    pace = clip(STAGE * inputs.contact.speed / max(norm(ways[0]), 1e-6), 0.0, 1.0)
+    forces = (wanted_force(later.force, gains.force) for later in reference.ahead)
+    return [pace * way for way in ways], [now + pace * (force - now) for force in forces]
 
 
 def _limit(gains: Any, axis: Array, gravity: Array) -> Any:
