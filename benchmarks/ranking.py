@@ -5,7 +5,8 @@
 Every place is a campaign (`PLACES`): all controllers meet the same draws, of robots that are calibrated, with
 noise, delays and rotors that turn the robot. They fly with the gains that ship; nothing was tuned on these
 draws. A lost flight counts as infinitely bad. Ranks are a campaign's: two controllers whose difference an
-exact sign test does not tell at 95 % share one. docs/rivals.json keeps the numbers, docs/rivals.md is written.
+exact sign test does not tell at 95 % share one. docs/rivals.json keeps the numbers; the tables of
+docs/rivals.md are written anew.
 """
 
 from __future__ import annotations
@@ -73,7 +74,9 @@ def flown(place: str, draws: int, out: Path) -> list[dict[str, Any]]:
     outcome = run_campaign(
         from_mapping(CampaignSpec, given, "ranking"), folder, workers=0, resume=folder.exists()
     )
-    summary, rows = outcome.summary, []
+    summary, rows = outcome.summary, list[dict[str, Any]]()
+    if summary is None:
+        raise SystemExit("stopped; what was flown is kept")
     for index, name in enumerate(CONTENDERS):
         row: dict[str, Any] = {"place": place, "controller": name, "draws": len(summary.scores.draws)}
         row["lost"] = sum(one["controller"] == name for one in summary.lost)
