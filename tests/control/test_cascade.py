@@ -148,8 +148,7 @@ def test_needs_of_laws_are_merged(cascades: dict[str, Cascade]) -> None:
     assert merged([Needs(preview=(0.1,)), Needs(), Needs(paced=True)]) == Needs(True, (0.1,))
     assert merged([Needs(preview=(0.1,)), Needs(preview=(0.1,))]).preview == (0.1,)
     assert merged([Needs(force=2.0), Needs(moves=0.1), Needs(force=1.0)]) == Needs(force=2.0, moves=0.1)
-    with pytest.raises(ConfigError, match="different previews"):
-        merged([Needs(preview=(0.1,)), Needs(preview=(0.2,))])
+    assert merged([Needs(preview=(0.1, 0.3)), Needs(preview=(0.2,))]).preview == (0.1, 0.2, 0.3)
 
 
 def test_a_control_period_that_a_law_cannot_work_at_is_refused(cascades: dict[str, Cascade]) -> None:

@@ -46,12 +46,7 @@ def slots_of(names: tuple[str, ...]) -> Slots:
     return Slots(*map(filled, SLOTS, names))
 
 
-def agree(names: tuple[str, ...]) -> bool:
-    """Whether the laws want the same previews; who wants others is refused for that."""
-    return len({slot.needs.preview for slot in slots_of(names) if slot.needs.preview}) < 2
-
-
-COMBINATIONS = list(filter(agree, itertools.product(*(law_names(slot) for slot in SLOTS))))
+COMBINATIONS = list(itertools.product(*(law_names(slot) for slot in SLOTS)))
 
 
 def fits(slots: Slots) -> bool:

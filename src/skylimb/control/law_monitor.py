@@ -14,7 +14,8 @@ from typing import Any
 from skylimb.base.errors import ConfigError
 from skylimb.control.estimation.records import Signals
 from skylimb.control.law_fields import FIELDS, RECORDS, called, misfit, optional, provided, required
-from skylimb.control.needs import PACE
+from skylimb.control.missions.reference import Reference
+from skylimb.control.needs import PACE, merged
 from skylimb.control.records import LawInput
 from skylimb.control.slots import SLOTS, Slots
 
@@ -44,7 +45,14 @@ class LawMonitor:
         seen: dict[str, Any] = {name: _Seen(getattr(inputs, name), name, read) for name in RECORDS}
         if inputs.residual is not None or "residual" not in optional(law):
             seen["residual"] = _Seen(inputs.residual, "residual", read)
-        return inputs._replace(**seen)
+        return inputs._replace(reference=self._previewed(slot, inputs.reference), **seen)
+
+    def _previewed(self, slot: str, reference: Reference) -> Reference:
+        """The reference with what the law of a slot wants to see ahead, where anything is shown at all."""
+        times = merged(one.needs for one in self._slots).preview
+        ahead = dict(zip(times, reference.ahead, strict=False))
+        wanted = getattr(self._slots, slot).needs.preview
+        return reference._replace(ahead=tuple(ahead[time] for time in wanted if ahead))
 
     def gave(self, slot: str, record: Any) -> None:
         """Take down what a law gives; a `ConfigError` where it is not as declared, or no record at all."""

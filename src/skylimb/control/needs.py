@@ -21,8 +21,8 @@ class Needs:
 
     Attributes:
         paced: whether it sets the pace of the mission's clock, by a signal "pace" between 0 and 1.
-        preview: times ahead on the mission's own clock, s, at which it wants the reference; the loop hands
-            them over as `reference.ahead`, in this order.
+        preview: times ahead on the mission's own clock, s, rising, at which it wants the reference; the loop
+            hands them over as `reference.ahead`, in this order. Each law of several sees its own.
         vectoring: purpose of the vectoring angles that the robot takes off with: "torque", "contact" or
             "online".
         force: normal force that it commands, N; refused before take-off where the robot cannot hold it.
@@ -64,19 +64,15 @@ def merged(needs: Iterable[Needs]) -> Needs:
     """The needs of several laws together.
 
     Raises:
-        ConfigError: when two laws want different previews, or different vectoring angles.
+        ConfigError: when two laws want different vectoring angles.
     """
     needs = list(needs)
-    previews = {need.preview for need in needs if need.preview}
     purposes = {need.vectoring for need in needs if need.vectoring != TORQUE}
-    if len(previews) > 1:
-        listed = " and ".join(str(list(preview)) for preview in sorted(previews))
-        raise ConfigError(f"two laws want different previews: {listed} s; they have to agree")
     if len(purposes) > 1:
         raise ConfigError(f"two laws want different vectoring angles: {' and '.join(sorted(purposes))}")
     return Needs(
         any(need.paced for need in needs),
-        next(iter(previews), ()),
+        tuple(sorted({time for need in needs for time in need.preview})),
         next(iter(purposes), TORQUE),
         max((need.force for need in needs), default=0.0),
         max((need.moves for need in needs), default=0.0),

@@ -58,7 +58,18 @@ REQUIRES = (
     "contact.ease",
     "arm.rate",
 )
-OPTIONAL = {"contact.reason": "", "contact.gone": "", "residual": ""}
+OPTIONAL = {
+    "contact.across": "feed",
+    "contact.landing": "landing_cancel",
+    "contact.ramp": "",
+    "contact.reason": "",
+    "contact.gone": "",
+    "residual": "",
+}
+
+
+Axes = tuple[Array, Array, Array]
+"""Contact axis and sliding axes."""
 
 
 @configuration
@@ -84,7 +95,7 @@ class Gains:
     lag: Annotated[
         Vector3, Key("s", "of the acceleration behind the move: attitude, or rotors", above=0.0, high=2.0)
     ] = (0.1, 0.05, 0.05)
-    stiffness: Annotated[
+    contact_stiffness: Annotated[
         float, Key("N/m", "of arm and surface together, along the contact axis", above=0.0, high=1e6)
     ] = 50.0
     tilt: Annotated[float, Key("rad", "greatest tilt that is planned", above=0.0, high=1.0)] = 0.2
@@ -101,8 +112,21 @@ class Gains:
         Key("", "c, shares of the force felt along the sliding axes that are cancelled", low=0.0, high=1.0),
     ] = (0.5, 0.7)
     cancel_cutoff: Annotated[
-        float, Key("Hz", "cut-off of the low pass on that force", above=0.0, high=1e4)
-    ] = 5.0
+        tuple[float, float], Key("Hz", "cut-off of the low pass on that force", above=0.0, high=1e4)
+    ] = (5.0, 5.0)
+    landing_cancel: Annotated[
+        tuple[float, float],
+        Key("", "the same from the first touch until the path goes on", low=0.0, high=0.95),
+    ] = (0.0, 0.0)
+    feed: Annotated[
+        float,
+        Key(
+            "",
+            "share of the force that the contact law expects which is made up for at once",
+            low=0.0,
+            high=1.0,
+        ),
+    ] = 0.0
     cancel_limit: Annotated[
         float, Key("N", "greatest cancelled force per newton of press", above=0.0, high=1e3)
     ] = 1.0
@@ -133,7 +157,9 @@ def prepare(gains: Gains, robot: Robot) -> tuple[Plan, ...]:
         plan(Axis(lag, 1.0, 0.0, (place, speed)))
         for lag, place, speed in zip(gains.lag, gains.place_cost, gains.speed_cost, strict=True)
     )
-    press = Axis(gains.lag[0], gains.stiffness / robot.mass, 1.0, (gains.force_cost, gains.press_cost))
+    press = Axis(
+        gains.lag[0], gains.contact_stiffness / robot.mass, 1.0, (gains.force_cost, gains.press_cost)
+    )
     return (*places, plan(press))
 
 
@@ -151,59 +177,73 @@ def step(prepared: Any, state: State, inputs: LawInput) -> tuple[State, Array, S
     a, u = reference.contact_axis, reference.sliding_axis
     axes = a, u, cross(a, u)
     ways, forces = _ahead(gains, inputs)
+    limits = [_limit(gains, axis, gravity) for axis in axes]
 
-    # Places: of the tip's reference less the arm.
-    moves, limits = [], [_limit(gains, axis, gravity) for axis in axes]
+    # Along the sliding axes: places of the tip's reference less the arm.
+    moves = []
     for i in (1, 2):
         here = dot(axes[i], reference.tip_position - arm - body.position)
         path = stack(here, *(here + dot(axes[i], way) for way in ways))
-        speed = dot(axes[i], body.velocity)
-        rate = dot(axes[i], reference.tip_velocity)
-        moves.append(_planned(plans[i], vector(0.0, speed, state.made[i]), path, rate, limits[i]))
+        now = vector(0.0, dot(axes[i], body.velocity), state.made[i])
+        moves.append(_planned(plans[i], now, path, dot(axes[i], reference.tip_velocity), limits[i]))
 
     # Along the contact axis: led to the surface, or pressing on it.
     engaged, speed = contact.engaged, dot(a, body.velocity)
     here = contact.axis_position - dot(a, body.position + arm)
     led = stack(here, *(here + contact.axis_velocity * t for t in TIMES))
     leads = _planned(plans[0], vector(0.0, speed, state.made[0]), led, contact.axis_velocity, limits[0])
-    gone = 0.0 if contact.gone is None else contact.gone
     commanded = wanted_force(reference.force, gains.force)
-    share = contact.ease * (1.0 - gone)
-    wanted = stack(commanded, *forces) * (share / m)
+    share = contact.ease * (1.0 - (0.0 if contact.gone is None else contact.gone))
     relative = speed - (contact.surface_velocity - inputs.arm.rate)
     felt = vector(contact.normal_force / m, relative, state.made[0])
-    presses = _planned(plans[3], felt, wanted, 0.0, limits[0])
-
-    missing = commanded * share - contact.normal_force
-    short = dot(a, (inputs.residual or NOTHING).force)
-    integral = state.integral + unless_short(gains.force_integral * missing * dt, short)
+    presses = _planned(plans[3], felt, stack(commanded, *forces) * (share / m), 0.0, limits[0])
+    missing = gains.force_integral * (commanded * share - contact.normal_force) * dt
+    integral = state.integral + unless_short(missing, dot(a, (inputs.residual or NOTHING).force))
     integral = clip(integral, -gains.force_integral_limit, gains.force_integral_limit) * engaged
 
-    along = where(engaged > 0.5, presses, leads)
-    wanted_moves = vector(along, *moves)
-    made = stack(*(low_pass(state.made[i], wanted_moves[i], 1.0 / gains.lag[i], dt) for i in range(3)))
-    most = gains.cancel_limit * max(commanded, 1.0)
-    total, slow = m * (gravity + a * along) + a * integral, []
-    for i in (1, 2):
-        felt_there = dot(axes[i], estimate.wrench.force)
-        slow.append(low_pass(state.rubbing[i - 1], felt_there, 2.0 * math.pi * gains.cancel_cutoff, dt))
-        rubbing = clip(slow[-1], -most, most)
-        # What no contact gives is the robot's own: a rotor that has lost thrust is not to be waited for.
-        known = engaged * (gains.cancel[i - 1] * rubbing + _upright(axes[i], gravity) * (slow[-1] - rubbing))
-        total = total + axes[i] * (m * wanted_moves[i] - known)
+    wanted = vector(where(engaged > 0.5, presses, leads), *moves)
+    made = stack(*(low_pass(state.made[i], wanted[i], 1.0 / gains.lag[i], dt) for i in range(3)))
+    rubbing, known = _known(gains, state, inputs, axes, gains.cancel_limit * max(commanded, 1.0))
+    total = m * (gravity + wanted[0] * a + wanted[1] * axes[1] + wanted[2] * axes[2]) + integral * a - known
     target = reference.tip_position - arm
     beside = where(engaged > 0.5, dot(a, body.position), contact.axis_position - dot(a, arm))
     reason = PLAIN if contact.reason is None else contact.reason
     full = where(abs(integral) >= gains.force_integral_limit, 1.0, 0.0) * where(reason > 0.0, 0.0, 1.0)
+    ramp = 1.0 if contact.ramp is None else contact.ramp
     signals = {
         "cog_position_target": target + a * (beside - dot(a, target)),
-        "contact_force_reference": commanded * reference.touch,
+        "contact_force_reference": commanded * reference.touch * ramp,
         "contact_force_target": commanded * share * engaged,
         "contact_force_integral": integral,
         "press_reason": where(full * engaged > 0.5, SATURATED, reason),
-        "planned_moves": wanted_moves,
+        "planned_moves": wanted,
     }
-    return State(made, integral, vector(*slow)), total, signals
+    return State(made, integral, rubbing), total, signals
+
+
+def _known(gains: Any, state: State, inputs: LawInput, axes: Axes, most: Any) -> tuple[Array, Array]:
+    """The low-passed force across the contact axis, N, (2,), and what of force is made up for, W, N, (3,).
+
+    Args:
+        gains: of the law.
+        state: of the last tick.
+        inputs: of this tick.
+        axes: of the task.
+        most: of what contact gives along an axis, N.
+    """
+    contact, gravity = inputs.contact, inputs.estimate.body.model.gravity
+    expected = NOTHING.force if contact.across is None else contact.across
+    landing = 0.0 if contact.landing is None else contact.landing
+    slow, known = [], np.zeros(3)
+    for i, axis in enumerate(axes[1:]):
+        beyond = dot(axis, inputs.estimate.wrench.force - gains.feed * expected)
+        slow.append(low_pass(state.rubbing[i], beyond, 2.0 * math.pi * gains.cancel_cutoff[i], inputs.dt))
+        rubbing = clip(slow[i], -most, most)
+        cancel = gains.cancel[i] + landing * (gains.landing_cancel[i] - gains.cancel[i])
+        # What no contact gives is the robot's own: a rotor that has lost thrust is not to be waited for.
+        felt = contact.engaged * (cancel * rubbing + _upright(axis, gravity) * (slow[i] - rubbing))
+        known = known + axis * (felt + gains.feed * dot(axis, expected))
+    return vector(*slow), known
 
 
 def _planned(constants: Plan, state: Array, path: Array, rate: Any, limit: Any) -> Any:
