@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -11,7 +12,7 @@ from skylimb.studies.faults.catalogue import Catalogue, Fault
 _HEAD = """# Faults
 
 What each fault does to a flight in contact, without the supervisor and with it. Every controller flies each
-fault up to {draws} times: on the board leaning to either side, with another onset and noise in each draw.
+fault {draws} times: on the board leaning to either side, with another onset and noise in each draw.
 `skylimb faults --draws {draws}` leaves such a page and docs/faults.json.{mixed} Numbers are median / what
 99 % keep, in brackets what both are held to; a dash is a number that lost flights do not
 have. "ok" means: all is kept.
@@ -23,7 +24,7 @@ there is a bound on the tip, what the same draw moves by itself, flown without t
 fault that unprotected flights of every controller survive within its bounds is no test, and is marked so.
 """
 
-_MIXED = " Not all rows have\nas many draws."
+_MIXED = " Rows of more or fewer\nflights say so."
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ def faults_page(catalogue: Catalogue, rows: Sequence[Row]) -> str:
     """
     flown = {row.fault for row in rows}
     faults = [fault for fault in catalogue.faults if fault.name in flown]
-    draws = max((row.flights for row in rows), default=0)
+    draws = Counter(row.flights for row in rows).most_common(1)[0][0] if rows else 0
     mixed = _MIXED if any(row.flights != draws for row in rows) else ""
     lines = [_HEAD.format(draws=draws, mixed=mixed), "## All of them", ""]
     columns = list(dict.fromkeys(row.flown_by for row in rows))
