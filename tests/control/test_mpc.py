@@ -11,13 +11,19 @@ from scipy.linalg import expm, solve_discrete_are
 import skylimb
 from short_flights import HOLD
 from skylimb.base.errors import ConfigError
+from skylimb.base.packing import numeric
 from skylimb.control.box_least_squares import nearest_in_box
+from skylimb.control.estimation.records import Start
 from skylimb.control.horizon import STAGE, STAGES, Axis, free_moves, held, plan
+from skylimb.control.records import LawInput
+from skylimb.control.translation import mpc
+from skylimb.control.user_functions import Prepared
 from skylimb.flight.drivers.native import compile_native, fly_native
 from skylimb.flight.flying import fly_here
 from skylimb.flight.simulated_run import scored_run
 from skylimb.flight.takeoff import take_off
 
+RATE = 20.0
 AXES = [Axis(0.1, 1.0, 0.0, (300.0, 10.0)), Axis(0.05, 12.0, 1.0, (10.0, 10.0))]
 
 
@@ -79,11 +85,37 @@ def test_no_plan_goes_beyond_its_limits() -> None:
     """A step of the place that wants far more than the tilt that is allowed."""
     tilt = 0.03
     push = {"kind": "push", "time": 1.0, "duration": 0.5, "force": [0.0, 6.0, 0.0]}
-    log = skylimb.run("paper", "mpc", set={**HOLD, "controller.translation.tilt": tilt, "events": [push]}).log
+    limits = {"controller.translation.tilt": tilt, "controller.translation.rate": RATE}
+    log = skylimb.run("paper", "mpc", set={**HOLD, **limits, "events": [push]}).log
     moves = np.abs(log["planned_moves"].values)
     most = 9.80665 * np.array([np.tan(tilt), np.tan(tilt), 0.3])
     assert (moves <= most + 1e-9).all()
     assert moves[:, 1].max() == pytest.approx(most[1])
+    assert not log["plan_age"].values.any()
+    change = np.abs(np.diff(log["planned_moves"].values, axis=0))
+    assert change.max() == pytest.approx(RATE * 0.005)
+
+
+def test_where_no_plan_is_found_the_last_one_goes_on(
+    make_inputs: Callable[..., LawInput], make_start: Callable[..., Start]
+) -> None:
+    gains = mpc.Gains(rate=RATE)
+    prepared = Prepared(numeric(gains), mpc.prepare(gains, skylimb.load_robot("hydrus_xi_quad")))
+    state, off = mpc.initial_state(gains, make_start()), make_inputs(position=np.array([0.0, 0.05, 0.0]))
+    for _ in range(40):
+        state, *_ = mpc.step(prepared, state, off)
+    kept, row = state.plan, state.plan[STAGES : 2 * STAGES]
+    wrong, nowhere, force = np.full(3, np.nan), False, np.zeros(3)
+    for k in range(1, 301):
+        state, force, signals = mpc.step(prepared, state, make_inputs(position=wrong, force=wrong))
+        assert signals["plan_age"] == pytest.approx(k * 0.005)
+        nowhere = nowhere or not np.isfinite(force).all()
+        if k == 60:
+            assert signals["planned_moves"][1] == pytest.approx(row[3])  # of 0.3 s later
+    assert not nowhere
+    np.testing.assert_array_equal(state.plan, kept)
+    assert force[1] == pytest.approx(4.0 * row[-1])
+    assert mpc.step(prepared, state, off)[2]["plan_age"] == 0.0
 
 
 @pytest.mark.parametrize(

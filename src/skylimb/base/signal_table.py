@@ -184,6 +184,10 @@ SIGNALS: dict[str, SignalInfo] = {
         _SCALAR, "N", "", "normal force that the law presses with at the moment, after easing", "command"
     ),
     "contact_force_integral": SignalInfo(_SCALAR, "N", "", "integral of the force error, as used", "command"),
+    "planned_moves": SignalInfo(
+        _AXIS, "m/s^2", "task", "accelerations that a plan asks for now: contact axis, u, v", "command"
+    ),
+    "plan_age": SignalInfo(_SCALAR, "s", "", "since the plan that is flown was made", "command"),
     "press_reason": SignalInfo(_SCALAR, "", "", "why the law presses as it does", "command"),
     "surface_slope_estimate": SignalInfo(
         _AXIS, "", "W", "estimated rise of the surface along the contact axis a metre of path", "estimate"

@@ -6,12 +6,13 @@ of the centre of gravity behind the pen, and the wanted places are those of the 
 which it goes on. In contact y is the normal force over the mass, with the arm's stiffness in the model. A
 move is an acceleration,
 
-    minimise |A (u - u_free)|^2    with -limit <= u <= limit,        f = m (u_0 + g) - c f_hat,
+    minimise |A (u - u_free)|^2    with -limit <= u_k <= limit,    |u_k - u_last| <= rate (k + 1) h,
 
-    level axes: limit = g tan(tilt),      upright: limit = lift g,
+    level axes: limit = g tan(tilt),      upright: limit = lift g,      f = m (u_0 + g) - c f_hat,
 
-so there always is a plan, and the search for it ends. What friction pulls is not predicted: it is taken for
-what it is now. What the model of the press does not know, an integral finds.
+so there always is a plan. Where the search for it does not end in time, or something is not a number, the
+last plan goes on for the rest of its second, and its last move beyond. What friction pulls is not predicted:
+it is taken for what it is now. What the model of the press does not know, an integral finds.
 """
 
 from __future__ import annotations
@@ -22,7 +23,8 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from skylimb.base.keys import Key, Vector3, configuration
-from skylimb.control.box_least_squares import nearest_in_box
+from skylimb.base.packing import chosen
+from skylimb.control.box_least_squares import ITERATIONS, nearest_in_box
 from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.horizon import STAGE, STAGES, TIMES, Axis, Plan, free_moves, plan
 from skylimb.control.needs import Needs
@@ -32,12 +34,14 @@ from skylimb.control.windup import unless_short
 from skylimb.robots.model import Robot
 from skylimb.symbolic import (
     Array,
+    as_numpy,
+    between,
     clip,
     cross,
     dot,
-    is_symbolic,
     low_pass,
     max,
+    min,
     norm,
     stack,
     tan,
@@ -67,6 +71,9 @@ OPTIONAL = {
     "residual": "",
 }
 
+
+FINITE = 1e9
+"""What is larger counts as no number."""
 
 Axes = tuple[Array, Array, Array]
 """Contact axis and sliding axes."""
@@ -102,6 +109,7 @@ class Gains:
     lift: Annotated[
         float, Key("", "greatest change of lift that is planned, in weights", above=0.0, high=1.0)
     ] = 0.3
+    rate: Annotated[float, Key("m/s^3", "greatest rate of a move", above=0.0, high=1e4)] = 50.0
     force: Annotated[float, Key("N", "N_ref, the wanted force", low=0.0, high=20.0)] = 1.0
     force_integral: Annotated[float, Key("1/s", "integral gain of the force error", low=0.0, high=1e3)] = 1.2
     force_integral_limit: Annotated[
@@ -139,11 +147,19 @@ class State(NamedTuple):
         made: accelerations that are believed to be made now, along the axes, m/s^2, (3,).
         integral: of the force error, N.
         rubbing: low-passed force in the sliding plane, N, (2,).
+        known: force across the contact axis that was made up for, W, N, (3,).
+        asked: moves that were flown last, along the axes, m/s^2, (3,).
+        plan: of each axis, one after the other, m/s^2, (3 STAGES,).
+        age: of that plan, s.
     """
 
     made: Array
     integral: Any
     rubbing: Array
+    known: Array
+    asked: Array
+    plan: Array
+    age: Any
 
 
 def needs(gains: Gains) -> Needs:
@@ -165,7 +181,8 @@ def prepare(gains: Gains, robot: Robot) -> tuple[Plan, ...]:
 
 def initial_state(gains: Gains, start: Start) -> State:
     """At rest."""
-    return State(np.zeros(3), 0.0, np.zeros(2))
+    z3 = np.zeros(3)
+    return State(z3, 0.0, np.zeros(2), z3, z3, np.zeros(3 * STAGES), 0.0)
 
 
 def step(prepared: Any, state: State, inputs: LawInput) -> tuple[State, Array, Signals]:
@@ -177,34 +194,38 @@ def step(prepared: Any, state: State, inputs: LawInput) -> tuple[State, Array, S
     a, u = reference.contact_axis, reference.sliding_axis
     axes = a, u, cross(a, u)
     ways, forces = _ahead(gains, inputs)
-    limits = [_limit(gains, axis, gravity) for axis in axes]
+    boxes = [_box(gains, _limit(gains, axis, gravity), state.asked[i]) for i, axis in enumerate(axes)]
+    made = stack(*(low_pass(state.made[i], state.asked[i], 1.0 / gains.lag[i], dt) for i in range(3)))
 
     # Along the sliding axes: places of the tip's reference less the arm.
     moves = []
     for i in (1, 2):
         here = dot(axes[i], reference.tip_position - arm - body.position)
         path = stack(here, *(here + dot(axes[i], way) for way in ways))
-        now = vector(0.0, dot(axes[i], body.velocity), state.made[i])
-        moves.append(_planned(plans[i], now, path, dot(axes[i], reference.tip_velocity), limits[i]))
+        now = vector(0.0, dot(axes[i], body.velocity), made[i])
+        moves.append(_planned(plans[i], now, path, dot(axes[i], reference.tip_velocity), boxes[i]))
 
     # Along the contact axis: led to the surface, or pressing on it.
     engaged, speed = contact.engaged, dot(a, body.velocity)
     here = contact.axis_position - dot(a, body.position + arm)
     led = stack(here, *(here + contact.axis_velocity * t for t in TIMES))
-    leads = _planned(plans[0], vector(0.0, speed, state.made[0]), led, contact.axis_velocity, limits[0])
+    leads = _planned(plans[0], vector(0.0, speed, made[0]), led, contact.axis_velocity, boxes[0])
     commanded = wanted_force(reference.force, gains.force)
     share = contact.ease * (1.0 - (0.0 if contact.gone is None else contact.gone))
     relative = speed - (contact.surface_velocity - inputs.arm.rate)
-    felt = vector(contact.normal_force / m, relative, state.made[0])
-    presses = _planned(plans[3], felt, stack(commanded, *forces) * (share / m), 0.0, limits[0])
+    felt = vector(contact.normal_force / m, relative, made[0])
+    presses = _planned(plans[3], felt, stack(commanded, *forces) * (share / m), 0.0, boxes[0])
     missing = gains.force_integral * (commanded * share - contact.normal_force) * dt
     integral = state.integral + unless_short(missing, dot(a, (inputs.residual or NOTHING).force))
     integral = clip(integral, -gains.force_integral_limit, gains.force_integral_limit) * engaged
 
-    wanted = vector(where(engaged > 0.5, presses, leads), *moves)
-    made = stack(*(low_pass(state.made[i], wanted[i], 1.0 / gains.lag[i], dt) for i in range(3)))
     rubbing, known = _known(gains, state, inputs, axes, gains.cancel_limit * max(commanded, 1.0))
-    total = m * (gravity + wanted[0] * a + wanted[1] * axes[1] + wanted[2] * axes[2]) + integral * a - known
+    plan_now = stack(where(engaged > 0.5, presses, leads), *moves)
+    fresh = State(made, integral, rubbing, known, state.asked, plan_now, 0.0)
+    new = chosen(_sound(fresh), fresh, state._replace(made=made, age=state.age + dt))
+    wanted = _flown(gains, new, dt)
+    total = m * (gravity + wanted[0] * a + wanted[1] * axes[1] + wanted[2] * axes[2])
+    total = total + new.integral * a - new.known
     target = reference.tip_position - arm
     beside = where(engaged > 0.5, dot(a, body.position), contact.axis_position - dot(a, arm))
     reason = PLAIN if contact.reason is None else contact.reason
@@ -214,11 +235,12 @@ def step(prepared: Any, state: State, inputs: LawInput) -> tuple[State, Array, S
         "cog_position_target": target + a * (beside - dot(a, target)),
         "contact_force_reference": commanded * reference.touch * ramp,
         "contact_force_target": commanded * share * engaged,
-        "contact_force_integral": integral,
+        "contact_force_integral": new.integral,
         "press_reason": where(full * engaged > 0.5, SATURATED, reason),
         "planned_moves": wanted,
+        "plan_age": new.age,
     }
-    return State(made, integral, rubbing), total, signals
+    return new._replace(asked=wanted), total, signals
 
 
 def _known(gains: Any, state: State, inputs: LawInput, axes: Axes, most: Any) -> tuple[Array, Array]:
@@ -246,12 +268,34 @@ def _known(gains: Any, state: State, inputs: LawInput, axes: Axes, most: Any) ->
     return vector(*slow), known
 
 
-def _planned(constants: Plan, state: Array, path: Array, rate: Any, limit: Any) -> Any:
-    """The first move of the plan, m/s^2."""
+Box = tuple[Array, Array]
+"""Least and greatest moves of a plan, m/s^2, (STAGES,) each."""
+
+
+def _box(gains: Any, limit: Any, last: Any) -> Box:
+    """What the moves of a plan may be, where the last one was `last`."""
+    reach = gains.rate * STAGE * np.arange(1.0, STAGES + 1.0)
+    return clip(last - reach, -limit, limit), clip(last + reach, -limit, limit)
+
+
+def _planned(constants: Plan, state: Array, path: Array, rate: Any, box: Box) -> Array:
+    """The moves of the plan, m/s^2, (STAGES,); not numbers where the search has not ended."""
     free = free_moves(constants, state, path, rate)
-    most = limit * np.ones(STAGES)
-    best, _ = nearest_in_box(STAGES, STAGES)(constants.cost, free, -most, most)
-    return best[0] if is_symbolic(free, limit) else float(best[0])
+    best, iterations = map(as_numpy, nearest_in_box(STAGES, STAGES)(constants.cost, free, *box))
+    return where(iterations[0] < ITERATIONS, best, np.nan * np.ones(STAGES))
+
+
+def _sound(fresh: State) -> Any:
+    """Whether all that was made of this tick are numbers."""
+    parts = stack(fresh.plan, fresh.integral, fresh.rubbing, fresh.known)
+    return dot(parts, parts) < FINITE
+
+
+def _flown(gains: Any, now: State, dt: float) -> Array:
+    """The moves of the plan at its age, no faster than they may change, m/s^2, (3,)."""
+    place, change = min(now.age / STAGE, STAGES - 1.0), gains.rate * dt
+    rows = ([now.plan[i * STAGES + k] for k in range(STAGES)] for i in range(3))
+    return clip(vector(*(between(row, place) for row in rows)), now.asked - change, now.asked + change)
 
 
 def _ahead(gains: Any, inputs: LawInput) -> tuple[list[Array], list[Any]]:
