@@ -42,7 +42,7 @@ def test_without_a_fault_not_a_bit_changes(controller: str, losses: bool) -> Non
 
 def test_who_presses_beside_people_is_supervised_unless_its_experiment_says_otherwise() -> None:
     names = preset_names()
-    for said, expected in ((None, ("drawing", "following")), (False, ()), (True, tuple(names))):
+    for said, expected in ((None, ("drawing", "following", "mpc")), (False, ()), (True, tuple(names))):
         told = {} if said is None else {"supervisor.on": said}
         plans = plan_flights("paper", names, set={**HOLD, **told})
         on = tuple(name for name, one in zip(names, plans, strict=True) if one.experiment.supervisor.on)
