@@ -49,10 +49,12 @@ class LawMonitor:
 
     def _previewed(self, slot: str, reference: Reference) -> Reference:
         """The reference with what the law of a slot wants to see ahead, where anything is shown at all."""
+        if not reference.ahead:
+            return reference
         times = merged(one.needs for one in self._slots).preview
-        ahead = dict(zip(times, reference.ahead, strict=False))
+        ahead = dict(zip(times, reference.ahead, strict=True))
         wanted = getattr(self._slots, slot).needs.preview
-        return reference._replace(ahead=tuple(ahead[time] for time in wanted if ahead))
+        return reference._replace(ahead=tuple(ahead[time] for time in wanted))
 
     def gave(self, slot: str, record: Any) -> None:
         """Take down what a law gives; a `ConfigError` where it is not as declared, or no record at all."""

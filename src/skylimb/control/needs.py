@@ -21,8 +21,8 @@ class Needs:
 
     Attributes:
         paced: whether it sets the pace of the mission's clock, by a signal "pace" between 0 and 1.
-        preview: times ahead on the mission's own clock, s, rising, at which it wants the reference; the loop
-            hands them over as `reference.ahead`, in this order. Each law of several sees its own.
+        preview: times ahead on the mission's own clock, s, at which it wants the reference, which is handed
+            over as `reference.ahead`, in this order; each law of several sees its own.
         vectoring: purpose of the vectoring angles that the robot takes off with: "torque", "contact" or
             "online".
         force: normal force that it commands, N; refused before take-off where the robot cannot hold it.

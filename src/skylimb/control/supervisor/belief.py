@@ -112,7 +112,7 @@ def believed(
         calm = within(watch.loss.left, 1.0, np.inf) * over(back, SHAKEN)
         each = each * calm * within(late.late, 0.0, MOST)
         astray = max(each) if each.shape[0] else 0.0
-        limp = _limp(robot, watch, each[: robot.n_joints], speeds[: robot.n_joints])
+        limp = _limp(robot, watch, *(parted(given, robot.n_joints)[0] for given in (each, speeds)))
         # A robot that swings, as frames are older than its model assumes, or that bends where nobody sent it,
         # looks like one without a rotor.
         fresh = good * within(measured.capture_age, 0.0, limits.latency + late.late + LATE) * (1.0 - astray)

@@ -34,8 +34,9 @@ from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.needs import Needs
 from skylimb.control.press import PLAIN, SATURATED, WAITING, wanted_force
 from skylimb.control.records import NOTHING, LawInput
+from skylimb.control.rubbing import Cancel, CancelCutoff, CancelLimit, Feed, expected_across, made_up, upright
 from skylimb.control.windup import unless_short
-from skylimb.symbolic import Array, clip, cross, dot, low_pass, vector, where
+from skylimb.symbolic import Array, clip, cross, dot, low_pass, where
 
 REQUIRES = (
     "estimate.body",
@@ -107,22 +108,9 @@ class Gains:
         float, Key("N", "greatest size of the integral I", low=0.0, high=100.0)
     ] = 3.0
     tank: Annotated[float, Key("J", "greatest energy of the tank", above=0.0, high=1e3)] = 0.5
-    cancel: Annotated[
-        tuple[float, float],
-        Key("", "shares of the estimated force along the sliding axes that are cancelled", low=0.0, high=1.0),
-    ] = (1.0, 1.0)
-    cancel_cutoff: Annotated[
-        tuple[float, float], Key("Hz", "cut-off of the low pass on that force", above=0.0, high=1e4)
-    ] = (5.0, 5.0)
-    cancel_limit: Annotated[
-        float,
-        Key(
-            "N",
-            "greatest cancelled force; friction and slope give no more",
-            above=0.0,
-            high=1e3,
-        ),
-    ] = 1.0
+    cancel: Cancel = (1.0, 1.0)
+    cancel_cutoff: CancelCutoff = (5.0, 5.0)
+    cancel_limit: CancelLimit = 1.0
     cancel_speed: Annotated[
         float, Key("m/s", "speed of the path from which it is cancelled in full", above=0.0, high=10.0)
     ] = 0.06
@@ -135,16 +123,7 @@ class Gains:
             high=0.95,
         ),
     ] = (0.0, 0.0)
-    feed: Annotated[
-        float,
-        Key(
-            "",
-            "share of the force across the contact axis that the contact law expects which is made up for "
-            "at once; only of a law that knows it",
-            low=0.0,
-            high=1.0,
-        ),
-    ] = 0.0
+    feed: Feed = 0.0
     swing: Annotated[
         tuple[float, float],
         Key(
@@ -209,31 +188,23 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
     a, u = reference.contact_axis, reference.sliding_axis
     v = cross(a, u)
     damping = 2.0 * gains.damping_ratio * gains.stiffness**0.5
-    force = estimate.wrench.force
-    expected = NOTHING.force if contact.across is None else contact.across
-    landing = 0.0 if contact.landing is None else contact.landing
 
     target = cog_target(gains, inputs)
-    most = gains.cancel_limit * clip(wanted_force(reference.force, gains.force), 1.0, 100.0)
+    expected = expected_across(contact)
+    landing = 0.0 if contact.landing is None else contact.landing
     share = clip(contact.speed / gains.cancel_speed, 0.0, 1.0)
+    shares = [share * gains.cancel[i] + landing * (1.0 - share) * gains.landing_cancel[i] for i in range(2)]
+    rubbing, known = made_up(gains, expected, shares, state.rubbing, inputs, (u, v))
     swing = cross(body.R_WC @ body.angular_velocity, estimate.arm)
     swing = low_pass(state.swing, swing, 2.0 * math.pi * gains.swing_cutoff, dt)
     counted = 1.0 - clip(contact.speed / gains.swing_speed, 0.0, 1.0)
-    total, slow = m * body.model.gravity, []
+    total = m * body.model.gravity
     for axis, i in ((u, 1), (v, 2)):
         limit = _error_limit(gains, axis, i, body.model.gravity)
         error = clip(dot(axis, body.position - target), -limit, limit)
         error_rate = dot(axis, body.velocity + gains.swing[i - 1] * counted * swing - reference.tip_velocity)
         wanted = dot(axis, reference.tip_acceleration) - damping[i] * error_rate - gains.stiffness[i] * error
-        unexpected = dot(axis, force - gains.feed * expected)
-        rubbing = clip(unexpected, -gains.cancel_limit, gains.cancel_limit)
-        slow.append(low_pass(state.rubbing[i - 1], rubbing, 2.0 * math.pi * gains.cancel_cutoff[i - 1], dt))
-        cancel = share * gains.cancel[i - 1] + landing * (1.0 - share) * gains.landing_cancel[i - 1]
-        known = cancel * slow[-1] + gains.feed * dot(axis, expected)
-        # What no contact gives is the robot's own: a rotor that has lost thrust is not to be waited for.
-        own = unexpected - clip(unexpected, -most, most)
-        known = known + contact.engaged * _upright(axis, body.model.gravity) * own
-        total = total + axis * (m * wanted - known)
+        total = total + axis * (m * wanted - known[i - 1])
 
     speed = dot(a, body.velocity)
     tip = dot(a, body.position + estimate.arm)
@@ -245,7 +216,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
     pressed = push + anchored
     total = total + a * where(contact.engaged > 0.5, pressed, led)
     signals = {"cog_position_target": target, **pressing}
-    return State(integral, tank, vector(*slow), swing), total, signals
+    return State(integral, tank, rubbing, swing), total, signals
 
 
 def cog_target(gains: Any, inputs: LawInput) -> Array:
@@ -262,12 +233,7 @@ def _error_limit(gains: Any, axis: Array, i: int, gravity: Array) -> Any:
     """The error beyond which a spring pulls no harder, m: one that carries gives half the weight."""
     g = dot(gravity, gravity) ** 0.5
     most = clip(0.5 * g / gains.stiffness[i] - gains.error_limit, 0.0, 10.0)
-    return gains.error_limit + _upright(axis, gravity) * most
-
-
-def _upright(axis: Array, gravity: Array) -> Any:
-    """1 for an axis that carries, 0 for a level one."""
-    return dot(axis, gravity) ** 2 / dot(gravity, gravity)
+    return gains.error_limit + upright(axis, gravity) * most
 
 
 def _press(gains: Any, state: State, inputs: LawInput, speed: Any) -> tuple[Any, Any, Any, Signals]:

@@ -12,12 +12,12 @@ move is an acceleration,
 
 so there always is a plan. Where the search for it does not end in time, or something is not a number, the
 last plan goes on for the rest of its second, and its last move beyond. What friction pulls is not predicted:
-it is taken for what it is now. What the model of the press does not know, an integral finds.
+it is taken for what it is now, and cancelled in part (`control.rubbing`). What the model of the press leaves
+out, an integral finds.
 """
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -30,6 +30,7 @@ from skylimb.control.horizon import STAGE, STAGES, TIMES, Axis, Plan, free_moves
 from skylimb.control.needs import Needs
 from skylimb.control.press import PLAIN, SATURATED, wanted_force
 from skylimb.control.records import NOTHING, LawInput
+from skylimb.control.rubbing import Cancel, CancelCutoff, CancelLimit, Feed, expected_across, made_up, upright
 from skylimb.control.windup import unless_short
 from skylimb.robots.model import Robot
 from skylimb.symbolic import (
@@ -64,7 +65,6 @@ REQUIRES = (
 )
 OPTIONAL = {
     "contact.across": "feed",
-    "contact.landing": "landing_cancel",
     "contact.ramp": "",
     "contact.reason": "",
     "contact.gone": "",
@@ -74,9 +74,6 @@ OPTIONAL = {
 
 FINITE = 1e9
 """What is larger counts as no number."""
-
-Axes = tuple[Array, Array, Array]
-"""Contact axis and sliding axes."""
 
 
 @configuration
@@ -115,29 +112,10 @@ class Gains:
     force_integral_limit: Annotated[
         float, Key("N", "greatest size of that integral", low=0.0, high=100.0)
     ] = 3.0
-    cancel: Annotated[
-        tuple[float, float],
-        Key("", "c, shares of the force felt along the sliding axes that are cancelled", low=0.0, high=1.0),
-    ] = (0.5, 0.7)
-    cancel_cutoff: Annotated[
-        tuple[float, float], Key("Hz", "cut-off of the low pass on that force", above=0.0, high=1e4)
-    ] = (5.0, 5.0)
-    landing_cancel: Annotated[
-        tuple[float, float],
-        Key("", "the same from the first touch until the path goes on", low=0.0, high=0.95),
-    ] = (0.0, 0.0)
-    feed: Annotated[
-        float,
-        Key(
-            "",
-            "share of the force that the contact law expects which is made up for at once",
-            low=0.0,
-            high=1.0,
-        ),
-    ] = 0.0
-    cancel_limit: Annotated[
-        float, Key("N", "greatest cancelled force per newton of press", above=0.0, high=1e3)
-    ] = 1.0
+    cancel: Cancel = (0.5, 0.7)
+    cancel_cutoff: CancelCutoff = (5.0, 5.0)
+    cancel_limit: CancelLimit = 1.0
+    feed: Feed = 0.0
 
 
 class State(NamedTuple):
@@ -147,7 +125,7 @@ class State(NamedTuple):
         made: accelerations that are believed to be made now, along the axes, m/s^2, (3,).
         integral: of the force error, N.
         rubbing: low-passed force in the sliding plane, N, (2,).
-        known: force across the contact axis that was made up for, W, N, (3,).
+        known: force along the sliding axes that was made up for, N, (2,).
         asked: moves that were flown last, along the axes, m/s^2, (3,).
         plan: of each axis, one after the other, m/s^2, (3 STAGES,).
         age: of that plan, s.
@@ -182,7 +160,7 @@ def prepare(gains: Gains, robot: Robot) -> tuple[Plan, ...]:
 def initial_state(gains: Gains, start: Start) -> State:
     """At rest."""
     z3 = np.zeros(3)
-    return State(z3, 0.0, np.zeros(2), z3, z3, np.zeros(3 * STAGES), 0.0)
+    return State(z3, 0.0, np.zeros(2), np.zeros(2), z3, np.zeros(3 * STAGES), 0.0)
 
 
 def step(prepared: Any, state: State, inputs: LawInput) -> tuple[State, Array, Signals]:
@@ -219,13 +197,14 @@ def step(prepared: Any, state: State, inputs: LawInput) -> tuple[State, Array, S
     integral = state.integral + unless_short(missing, dot(a, (inputs.residual or NOTHING).force))
     integral = clip(integral, -gains.force_integral_limit, gains.force_integral_limit) * engaged
 
-    rubbing, known = _known(gains, state, inputs, axes, gains.cancel_limit * max(commanded, 1.0))
+    shares = [engaged * gains.cancel[i] for i in range(2)]
+    rubbing, known = made_up(gains, expected_across(contact), shares, state.rubbing, inputs, axes[1:])
     plan_now = stack(where(engaged > 0.5, presses, leads), *moves)
-    fresh = State(made, integral, rubbing, known, state.asked, plan_now, 0.0)
+    fresh = State(made, integral, rubbing, vector(*known), state.asked, plan_now, 0.0)
     new = chosen(_sound(fresh), fresh, state._replace(made=made, age=state.age + dt))
     wanted = _flown(gains, new, dt)
     total = m * (gravity + wanted[0] * a + wanted[1] * axes[1] + wanted[2] * axes[2])
-    total = total + new.integral * a - new.known
+    total = total + new.integral * a - new.known[0] * axes[1] - new.known[1] * axes[2]
     target = reference.tip_position - arm
     beside = where(engaged > 0.5, dot(a, body.position), contact.axis_position - dot(a, arm))
     reason = PLAIN if contact.reason is None else contact.reason
@@ -241,31 +220,6 @@ def step(prepared: Any, state: State, inputs: LawInput) -> tuple[State, Array, S
         "plan_age": new.age,
     }
     return new._replace(asked=wanted), total, signals
-
-
-def _known(gains: Any, state: State, inputs: LawInput, axes: Axes, most: Any) -> tuple[Array, Array]:
-    """The low-passed force across the contact axis, N, (2,), and what of force is made up for, W, N, (3,).
-
-    Args:
-        gains: of the law.
-        state: of the last tick.
-        inputs: of this tick.
-        axes: of the task.
-        most: of what contact gives along an axis, N.
-    """
-    contact, gravity = inputs.contact, inputs.estimate.body.model.gravity
-    expected = NOTHING.force if contact.across is None else contact.across
-    landing = 0.0 if contact.landing is None else contact.landing
-    slow, known = [], np.zeros(3)
-    for i, axis in enumerate(axes[1:]):
-        beyond = dot(axis, inputs.estimate.wrench.force - gains.feed * expected)
-        slow.append(low_pass(state.rubbing[i], beyond, 2.0 * math.pi * gains.cancel_cutoff[i], inputs.dt))
-        rubbing = clip(slow[i], -most, most)
-        cancel = gains.cancel[i] + landing * (gains.landing_cancel[i] - gains.cancel[i])
-        # What no contact gives is the robot's own: a rotor that has lost thrust is not to be waited for.
-        felt = contact.engaged * (cancel * rubbing + _upright(axis, gravity) * (slow[i] - rubbing))
-        known = known + axis * (felt + gains.feed * dot(axis, expected))
-    return vector(*slow), known
 
 
 Box = tuple[Array, Array]
@@ -315,10 +269,5 @@ def _ahead(gains: Any, inputs: LawInput) -> tuple[list[Array], list[Any]]:
 
 def _limit(gains: Any, axis: Array, gravity: Array) -> Any:
     """Greatest acceleration that is planned along an axis, m/s^2."""
-    level, g = 1.0 - _upright(axis, gravity), dot(gravity, gravity) ** 0.5
+    level, g = 1.0 - upright(axis, gravity), dot(gravity, gravity) ** 0.5
     return g * (level * tan(gains.tilt) + (1.0 - level) * gains.lift)
-
-
-def _upright(axis: Array, gravity: Array) -> Any:
-    """1 for an axis that carries, 0 for a level one."""
-    return dot(axis, gravity) ** 2 / dot(gravity, gravity)

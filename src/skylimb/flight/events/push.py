@@ -80,14 +80,11 @@ class Push(Event):
 
 def _spread(model: Any, root: int, begin: int, end: int, push: Push) -> Iterator[Wrench]:
     """A push on the whole robot: each body's share of the force, and the torque on the root."""
-    bodies = [body for body in range(root, model.nbody) if model.body_rootid[body] == model.body_rootid[root]]
-    for body in bodies:
-        share = model.body_mass[body] / model.body_subtreemass[root]
+    for body in np.flatnonzero(model.body_rootid == model.body_rootid[root]).tolist():
+        force = np.array(push.force) * (model.body_mass[body] / model.body_subtreemass[root])
         torque = push.torque if body == root else _ZERO
-        if share * np.any(push.force) or any(torque):
-            yield Wrench(
-                begin, end, body, tuple(share * np.array(push.force)), torque, tuple(model.body_ipos[body])
-            )
+        if any(force) or any(torque):
+            yield Wrench(begin, end, body, tuple(force), torque, tuple(model.body_ipos[body]))
 
 
 class Wrench(ctypes.Structure):
