@@ -26,7 +26,7 @@ from skylimb.flight.drivers.native import compile_native, fly_native
 from skylimb.flight.takeoff import take_off
 from skylimb.studies.campaign.fly_campaign import run_campaign
 from skylimb.studies.campaign.spec import CampaignSpec
-from skylimb.studies.campaign.who_wins import shown_ranks
+from skylimb.studies.campaign.who_wins import fails_where, shown_ranks
 
 DOCS = Path(__file__).parents[1] / "docs"
 PAGE, NUMBERS = DOCS / "rivals.md", DOCS / "rivals.json"
@@ -80,8 +80,7 @@ def flown(place: str, draws: int, out: Path) -> list[dict[str, Any]]:
     for index, name in enumerate(CONTENDERS):
         row: dict[str, Any] = {"place": place, "controller": name, "draws": len(summary.scores.draws)}
         row["lost"] = sum(one["controller"] == name for one in summary.lost)
-        region = summary.regions[name]
-        row["fails"] = str(region) if region else ""
+        row["fails"] = fails_where(summary, name, "loss")
         for _, key, _ in COLUMNS:
             row[key] = [float(number) for number in summary.medians[key][index]]
             row[f"{key} rank"] = shown_ranks(summary.ranks.get(key, [0] * len(CONTENDERS)))[index]
@@ -116,15 +115,20 @@ def table(rows: Sequence[dict[str, Any]], costs: dict[str, float]) -> str:
         for row in own:
             cells = [f"`{row['controller']}`", str(row["lost"])]
             for _, key, scale in COLUMNS:
-                middle, low, high = (scale * number for number in row[key])
+                middle, low, high = (_said(scale * number) for number in row[key])
                 rank = f" ({row[f'{key} rank']})" if row[f"{key} rank"] else ""
-                text = f"{middle:.3g} [{low:.3g}, {high:.3g}]{rank}" if np.isfinite(middle) else "lost"
-                cells.append("-" if np.isnan(middle) else text)
+                cells.append(middle if middle in ("-", "lost") else f"{middle} [{low}, {high}]{rank}")
             lines.append("| " + " | ".join(cells) + " |")
+        lines += ["", *(f"`{row['controller']}`: {row['fails']}." for row in own if row["lost"])]
         parts.append("\n".join(lines))
     lines = ["| controller | a tick, us |", "|---|---|"]
     lines += [f"| `{name}` | {number:.0f} |" for name, number in costs.items()]
     return "\n\n".join([*parts, "\n".join(lines)])
+
+
+def _said(number: float) -> str:
+    """A median or an end of its interval; a lost flight is infinitely bad."""
+    return "-" if np.isnan(number) else f"{number:.3g}" if np.isfinite(number) else "lost"
 
 
 def main() -> None:

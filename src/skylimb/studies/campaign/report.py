@@ -27,7 +27,7 @@ from skylimb.studies.campaign.rows import QUARANTINED, Row
 from skylimb.studies.campaign.statistics import Paired, fewest_draws
 from skylimb.studies.campaign.statistics.sign_test import POWER
 from skylimb.studies.campaign.summary import Summary
-from skylimb.studies.campaign.who_wins import draws_needed_for, shown_ranks, verdicts, within
+from skylimb.studies.campaign.who_wins import draws_needed_for, fails_where, shown_ranks, verdicts, within
 
 TEMPLATE = Path(__file__).with_name("report_template.html")
 
@@ -87,7 +87,7 @@ def render_report(
         pairs=_pairs(summary),
         signed=signed,
         regions=[
-            (style.label(name), _region(summary, name, "failure" if campaign.spec.success else "loss"))
+            (style.label(name), fails_where(summary, name, "failure" if campaign.spec.success else "loss"))
             for name in names
         ],
         figures=report_figures(scores, score, axes),
@@ -224,19 +224,6 @@ def signed(value: float, places: int = 2) -> str:
         return "–"
     text = f"{value:+z.{places}f}".replace("-", "\N{MINUS SIGN}")
     return text if float(f"{value:.{places}f}") else text.lstrip("+")
-
-
-def _region(summary: Summary, name: str, failure: str) -> str:
-    rate, region = summary.rates[name], summary.regions[name]
-    if rate.successes == rate.draws:
-        return f"no {failure}"
-    if region is None:
-        return f"{rate.draws - rate.successes} of {rate.draws} fail; no parameter tells where"
-    conditions = " and ".join(str(condition) for condition in region.conditions)
-    return (
-        f"{region.failed} of {region.draws} fail where {conditions}; elsewhere {region.failed_outside} of "
-        f"{region.draws_outside}"
-    )
 
 
 def _cause(row: Row, score: Score, axes: AxisNames) -> str:

@@ -57,6 +57,20 @@ def draws_needed_for(summary: Summary, score: str) -> list[str]:
     return lines
 
 
+def fails_where(summary: Summary, name: str, failure: str) -> str:
+    """Where in what was drawn a controller fails, in words; `failure` is what that is called."""
+    rate, region = summary.rates[name], summary.regions[name]
+    if rate.successes == rate.draws:
+        return f"no {failure}"
+    if region is None:
+        return f"{rate.draws - rate.successes} of {rate.draws} fail; no parameter tells where"
+    conditions = " and ".join(str(condition) for condition in region.conditions)
+    return (
+        f"{region.failed} of {region.draws} fail where {conditions}; elsewhere {region.failed_outside} of "
+        f"{region.draws_outside}"
+    )
+
+
 def within(text: str) -> str:
     """A description in the middle of a sentence."""
     return text[:1].lower() + text[1:]
