@@ -119,7 +119,8 @@ def table(rows: Sequence[dict[str, Any]], costs: dict[str, float]) -> str:
                 rank = f" ({row[f'{key} rank']})" if row[f"{key} rank"] else ""
                 cells.append(middle if middle in ("-", "lost") else f"{middle} [{low}, {high}]{rank}")
             lines.append("| " + " | ".join(cells) + " |")
-        lines += ["", *(f"`{row['controller']}`: {row['fails']}." for row in own if row["lost"])]
+        fails = [f"- `{row['controller']}`: {row['fails']}." for row in own if row["lost"]]
+        lines += ["", *fails] if fails else []
         parts.append("\n".join(lines))
     lines = ["| controller | a tick, us |", "|---|---|"]
     lines += [f"| `{name}` | {number:.0f} |" for name, number in costs.items()]
