@@ -45,6 +45,27 @@ def test_answers_are_what_is_imported(urdf: Path) -> None:
     assert {rotor.thrust_max for rotor in description.rotors} == {14.0}
 
 
+def test_spins_are_asked_for_where_nothing_says_them(urdf: Path) -> None:
+    silent = urdf.with_name("silent.urdf")
+    silent.write_text(urdf.read_text().replace("0 0 -1", "0 0 1"))
+    report, heard = asked(silent)
+    words = "Which rotors turn clockwise, seen against their thrust? Links, or 'none'."
+    # Rotors at 45, 135, 225 and 315 degrees: the first to the right of the nose turns counterclockwise.
+    assert (words, "propeller_0 propeller_2") in heard
+    assert any(doubt.what == "spin of the rotors" for doubt in report.doubts)
+    report, heard = asked(silent, spin="propeller_1, propeller_3")
+    assert [rotor.spin for rotor in report.description.rotors] == [1, -1, 1, -1]
+    assert words not in [question for question, _ in heard]
+    assert not any(doubt.what == "spin of the rotors" for doubt in report.doubts)
+
+
+def test_a_proposal_that_is_taken_keeps_its_doubts(urdf: Path) -> None:
+    report, _ = asked(urdf)
+    assert {doubt.what for doubt in report.doubts} == {
+        doubt.what for doubt in skylimb.check_robot_file(urdf).doubts
+    }
+
+
 def test_no_arm_is_an_answer(urdf: Path) -> None:
     report, _ = asked(urdf, arm="none")
     assert report.description.shape_joints == ()
@@ -60,6 +81,7 @@ def test_no_arm_is_an_answer(urdf: Path) -> None:
         ({"tip": "tool9"}, "did you mean 'tool0'"),
         ({"arm": "elbow"}, "did you mean 'elbow_pitch'"),
         ({"thrust": "-3"}, "thrust_max"),
+        ({"spin": "propeller_9"}, "did you mean 'propeller_"),
     ],
 )
 def test_an_answer_that_cannot_be_is_refused(urdf: Path, answers: dict[str, str], words: str) -> None:

@@ -96,6 +96,7 @@ def new_robot(
     mass: Annotated[str, arg("What it weighs, kg.", "KG")] = "",
     arm: Annotated[str, arg("Joints that bend it, or 'none'.", "NAMES")] = "",
     tip: Annotated[str, arg("What touches: a link, and x y z there, m.", "'LINK X Y Z'")] = "",
+    spin: Annotated[str, arg("Links of the rotors that turn clockwise, or 'none'.", "NAMES")] = "",
     thrust: Annotated[str, arg("Greatest thrust of the strongest rotor, N.", "N")] = "",
     yes: Annotated[bool, arg("Take every proposal that is not said otherwise.")] = False,
     packages: _Packages = None,
@@ -133,7 +134,7 @@ def new_robot(
         return input(f"{words} [{proposed}] ").strip()
 
     said, drawn = "", False
-    answers = {"mass": mass, "arm": arm, "tip": tip, "thrust": thrust}
+    answers = {"mass": mass, "arm": arm, "tip": tip, "spin": spin, "thrust": thrust}
     for report, text in interview(file, answers, ask, packages, _arguments(args)):
         said = text
         if not drawn:

@@ -10,7 +10,8 @@ from typing import Any
 import tomli_w
 
 from skylimb.apps.robot_import.checking import RobotReport, check_robot_file, flight_tables
-from skylimb.base.errors import ConfigError
+from skylimb.apps.robot_import.proposal import SPIN
+from skylimb.base.errors import ConfigError, unknown_name
 
 _SAME_MASS = 0.02
 """Share of the mass that a scale may say otherwise."""
@@ -64,18 +65,46 @@ def _tip(report: RobotReport) -> tuple[str, str, Callable[[str], dict[str, Any]]
 
 
 def _thrust(report: RobotReport) -> tuple[str, str, Callable[[str], dict[str, Any]]]:
-    assert report.flight is not None  # a robot of another form is refused before
-    rotors = flight_tables(report.flight)["rotors"]
+    rotors = _rotors(report)
     most = max(rotor["thrust_max"] for rotor in rotors)
 
     def take(answer: str) -> dict[str, Any]:
-        share = 1.0 if answer == f"{most:g}" else _number("thrust", answer) / most
+        share = _number("thrust", answer) / most
         return {"rotors": [{**rotor, "thrust_max": share * rotor["thrust_max"]} for rotor in rotors]}
 
     return "How much does its strongest rotor push at most, N?", f"{most:g}", take
 
 
-QUESTIONS: Mapping[str, Question] = {"mass": _mass, "arm": _arm, "tip": _tip, "thrust": _thrust}
+def _spin(report: RobotReport) -> tuple[str, str, Callable[[str], dict[str, Any]]]:
+    rotors = _rotors(report)
+    links = [rotor["link"] for rotor in rotors]
+
+    def take(answer: str) -> dict[str, Any]:
+        named = [] if answer == _NONE else answer.replace(",", " ").split()
+        for name in named:
+            if name not in links:
+                raise unknown_name("rotor's link in spin", name, links)
+        return {"rotors": [{**rotor, "spin": -1 if rotor["link"] in named else 1} for rotor in rotors]}
+
+    words = f"Which rotors turn clockwise, seen against their thrust? Links, or '{_NONE}'."
+    proposed = " ".join(rotor["link"] for rotor in rotors if rotor["spin"] < 0)
+    return words, proposed or _NONE, take
+
+
+def _rotors(report: RobotReport) -> list[dict[str, Any]]:
+    assert report.flight is not None  # a robot of another form is refused before
+    return flight_tables(report.flight)["rotors"]
+
+
+QUESTIONS: Mapping[str, Question] = {
+    "mass": _mass,
+    "arm": _arm,
+    "tip": _tip,
+    "spin": _spin,
+    "thrust": _thrust,
+}
+_IN_DOUBT = {"spin": SPIN}
+"""Questions that are only asked where something is doubted, and what."""
 
 
 def interview(
@@ -107,9 +136,14 @@ def interview(
                 raise ConfigError(f"'{path}' is a robot of skylimb's form already; copy its folder")
             yield report, tomli_w.dumps(tables)
             if question is not None:
+                name, doubted = question[0], _IN_DOUBT.get(question[0])
+                given = answers.get(name, "")
+                if not given and doubted and all(doubt.what != doubted for doubt in report.doubts):
+                    continue
                 words, proposed, take = question[1](report)
-                given = answers.get(question[0], "") or ask(words, proposed) or proposed
-                tables.update(take(given))
+                # A proposal that is taken stays one: its doubts are told, and nothing is said in its place.
+                given = given or ask(words, proposed)
+                tables.update(take(given) if given else {})
 
 
 def _number(name: str, text: str) -> float:

@@ -189,7 +189,7 @@ class _Written:
         least, most = (gain * float(end) for end in model.actuator_ctrlrange[u])
         said: dict[str, Any] = {
             "link": name,
-            "spin": 1 if drag <= 0.0 else -1,
+            "spin": -int(np.sign(drag)) or None,
             "drag_torque_coefficient": abs(drag),
             "thrust_min": max(least, 0.0),
             "thrust_max": most,

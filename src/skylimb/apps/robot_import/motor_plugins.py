@@ -9,6 +9,8 @@ from skylimb.apps.robot_import.mapping import MappedRotor
 from skylimb.apps.robot_import.tree import UrdfTree
 from skylimb.base.config import from_mapping
 
+_WAYS = {"cw": -1, "ccw": 1}
+
 
 def plugin_rotors(tree: UrdfTree) -> tuple[MappedRotor, ...]:
     """One for each <plugin> with a motorConstant and the name of a link, in the order of motorNumber.
@@ -33,7 +35,7 @@ def plugin_rotors(tree: UrdfTree) -> tuple[MappedRotor, ...]:
             "thrust_factor": factor,
         }
         said = {key: value for key, value in said.items() if value is not None}
-        spin = -1 if (plugin.findtext("turningDirection") or "").strip() == "cw" else 1
+        spin = _WAYS.get((plugin.findtext("turningDirection") or "").strip())
         where = f"the motor plugin of link '{link}'"
         rotor = from_mapping(MappedRotor, {"link": link, "spin": spin, **said}, where)
         found.append((_number(plugin, "motorNumber") or 0.0, rotor))

@@ -11,6 +11,7 @@ import numpy as np
 from skylimb.apps.robot_import.doubts import Doubt
 from skylimb.apps.robot_import.mapping import MappedRotor, Mapping
 from skylimb.apps.robot_import.roles import Roles
+from skylimb.apps.robot_import.spin_guess import spins_of
 from skylimb.apps.robot_import.tables import LabTables, MotorTable
 from skylimb.apps.robot_import.tip_guess import guess_tip
 from skylimb.apps.robot_import.tree import UrdfTree, number
@@ -28,6 +29,9 @@ from skylimb.robots.flight_file import (
 URDF_NAME = "robot.urdf"
 KAPPA, LAG, THRUST_MIN, THRUST_TO_WEIGHT = 0.016, 0.05, 0.5, 2.0
 """Assumed where nothing says it: drag torque per thrust (m), lag (s), least thrust (N), lift over weight."""
+
+SPIN = "spin of the rotors"
+"""What is doubted where no file says how rotors turn."""
 
 _BELIEVED = 1e3
 """Greatest thrust that a limit of a rotor's axle may mean, N; +-1e16 means none."""
@@ -109,14 +113,13 @@ def _rotors(
     tree: UrdfTree, roles: Roles, axles: list[dict[str, float]], motors: MotorTable, doubts: list[Doubt]
 ) -> tuple[RotorSection, ...]:
     """Each number from the first that says it: mapping, URDF, motor table; else it is assumed."""
-    kappa, sense = _drag(tree, roles.rotors, motors, doubts)
-    signed = any(rotor.spin == -1 for rotor in roles.rotors)
-    if len(roles.rotors) > 1 and not signed and kappa > 0.0:
-        guess = "is not said; they are taken to turn in alternation"
-        doubts.append(Doubt("spin of the rotors", guess, "say spin in a mapping file"))
+    kappa = _drag(tree, roles.rotors, motors, doubts)
+    spins, why = spins_of(tree, roles)
+    if why and len(roles.rotors) > 1 and kappa > 0.0:
+        doubts.append(Doubt(SPIN, f"is not said; they are taken to turn {why}", "say spin in a mapping file"))
     share = tree.total_mass() * GRAVITY / len(roles.rotors)
     sections = []
-    for k, (rotor, axle) in enumerate(zip(roles.rotors, axles, strict=True)):
+    for rotor, axle, spin in zip(roles.rotors, axles, spins, strict=True):
         low, high = _thrusts(rotor, axle, share, motors, doubts)
         lag = _first(rotor.lag, motors.lag)
         if lag is None:
@@ -126,7 +129,7 @@ def _rotors(
         sections.append(
             RotorSection(
                 link=rotor.link,
-                spin=sense * (rotor.spin if signed and rotor.spin else 1 - 2 * (k % 2)),  # type: ignore[arg-type]
+                spin=1 if spin > 0 else -1,
                 drag_torque_coefficient=_first(rotor.drag_torque_coefficient, kappa) or 0.0,
                 thrust_min=low,
                 thrust_max=high,
@@ -174,21 +177,19 @@ def _first(*values: float | None) -> float | None:
     return next((value for value in values if value is not None), None)
 
 
-def _drag(
-    tree: UrdfTree, rotors: tuple[MappedRotor, ...], motors: MotorTable, doubts: list[Doubt]
-) -> tuple[float, int]:
-    """Drag torque per thrust, and -1 where the file counts its sense of spin the other way round."""
+def _drag(tree: UrdfTree, rotors: tuple[MappedRotor, ...], motors: MotorTable, doubts: list[Doubt]) -> float:
+    """Drag torque per thrust, without sign."""
     said, table = number(tree.root.find("m_f_rate"), "value", math.nan), motors.drag_torque_coefficient
     what = "drag torque per thrust"
     if not math.isfinite(said):
         if table is None and any(rotor.drag_torque_coefficient is None for rotor in rotors):
             guess = f"is not said; {KAPPA:g} m is assumed"
             doubts.append(Doubt(what, guess, "say drag_torque_coefficient in a mapping file"))
-        return KAPPA if table is None else table, 1
+        return KAPPA if table is None else table
     if table is not None and abs(abs(said) - table) > _FAR_APART * max(abs(said), table):
         value = f"is {abs(said):g} m in the URDF and {table:g} m in {_named(motors)}; the URDF's is taken"
         doubts.append(Doubt(what, value, "measure it, and correct one of the two"))
-    return abs(said), -1 if said > 0.0 else 1
+    return abs(said)
 
 
 def _thrusts(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from skylimb.apps.robot_import.doubts import Doubt
 from skylimb.apps.robot_import.mapping import MappedRotor, Mapping, Role
 from skylimb.apps.robot_import.motor_plugins import plugin_rotors
-from skylimb.apps.robot_import.tree import UrdfTree, rpy_of_z
+from skylimb.apps.robot_import.tree import UrdfTree, number, rpy_of_z
 from skylimb.base.errors import unknown_name
 
 _ROTOR = re.compile(r"(rotor|prop|propeller|motor|thrust)[a-z_-]*?_?(\d+)", re.IGNORECASE)
@@ -28,7 +28,8 @@ class Roles:
     """What was recognised.
 
     Attributes:
-        rotors: the link of each rotor with what the URDF or the mapping says of it, in the order of thrusts.
+        rotors: the link of each rotor with what the URDF or the mapping says of it, in the order of thrusts;
+            a spin of None is not said.
         spinning: for each rotor the joint it spins on, None where it has none.
         shape: joints that bend the robot.
         vectoring: joints that turn rotors.
@@ -120,11 +121,22 @@ def _rotors(
         return said, tuple(by_link.get(rotor.link) for rotor in said)
     if spinning:
         ordered = sorted(spinning, key=lambda joint: _number_in(joint.get("name", "")))
-        rotors = tuple(_spinning_rotor(tree, joint) for joint in ordered)
-        return rotors, tuple(ordered)
+        return _signed(tree, [_spinning_rotor(tree, joint) for joint in ordered]), tuple(ordered)
     # Rotors on fixed joints, known by their links' names alone.
     links = [name for name in tree.links() if _ROTOR.fullmatch(name) and not tree.below(name)]
     return tuple(MappedRotor(link) for link in sorted(links, key=_number_in)), (None,) * len(links)
+
+
+def _signed(tree: UrdfTree, rotors: list[MappedRotor]) -> tuple[MappedRotor, ...]:
+    """The rotors, their spins known where axles point to both sides.
+
+    The laboratory's `m_f_rate` is below zero where an axle along +z means a spin about +z.
+    """
+    if len({rotor.spin for rotor in rotors}) < 2:
+        return tuple(replace(rotor, spin=None) for rotor in rotors)
+    if number(tree.root.find("m_f_rate"), "value", -1.0) > 0.0:
+        return tuple(replace(rotor, spin=rotor.spin and -rotor.spin) for rotor in rotors)
+    return tuple(rotors)
 
 
 def _spinning_rotor(tree: UrdfTree, joint: Element) -> MappedRotor:
@@ -137,7 +149,7 @@ def _spinning_rotor(tree: UrdfTree, joint: Element) -> MappedRotor:
     axis = axis / size
     if abs(axis[2]) > 0.9:
         return MappedRotor(link, spin=1 if axis[2] > 0.0 else -1)
-    return MappedRotor(link, spin=1, rpy=rpy_of_z(axis))
+    return MappedRotor(link, rpy=rpy_of_z(axis))
 
 
 def _arm(tree: UrdfTree, rotors: list[str]) -> list[str]:

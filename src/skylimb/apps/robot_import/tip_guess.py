@@ -11,7 +11,7 @@ import numpy as np
 
 from skylimb.apps.robot_import.doubts import Doubt
 from skylimb.apps.robot_import.roles import Roles
-from skylimb.apps.robot_import.tree import UrdfTree, number, triple
+from skylimb.apps.robot_import.tree import UrdfTree, number, pose_at_rest, triple
 from skylimb.robots.flight_file import TipSection
 
 _RADIUS = 0.01
@@ -46,7 +46,7 @@ def guess_tip(tree: UrdfTree, roles: Roles, doubts: list[Doubt]) -> TipSection:
         assumed, beyond = TipSection(last, (round(length, 4), 0.0, 0.0), _RADIUS), length
     else:
         last = tree.base()
-        places = [_from_base(tree, rotor.link) for rotor in roles.rotors]
+        places = [pose_at_rest(tree, rotor.link)[0] for rotor in roles.rotors]
         reach = max((float(np.linalg.norm(place[:2])) for place in places), default=0.3)
         beyond = max((float(np.linalg.norm(place)) for place in places), default=0.3) + _BEYOND
         assumed = TipSection(last, (round(reach + _STICK, 4), 0.0, 0.0), _RADIUS, (0.0, 0.0, 0.0))
@@ -108,12 +108,3 @@ def _drawn(tree: UrdfTree, link: Element) -> Iterator[End]:
             for axis in np.diag(half + max(radius, 0.0)):
                 yield xyz + R @ axis, 0.0
                 yield xyz - R @ axis, 0.0
-
-
-def _from_base(tree: UrdfTree, link: str) -> np.ndarray:
-    """Origin of a link in the root's frame, joints at zero."""
-    point = np.zeros(3)
-    for joint in tree.path_up(link):
-        xyz, R = tree.place(joint)
-        point = xyz + R @ point
-    return point

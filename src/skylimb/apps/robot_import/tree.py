@@ -209,6 +209,15 @@ class UrdfTree:
         return ElementTree.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n"
 
 
+def pose_at_rest(tree: UrdfTree, link: str) -> tuple[np.ndarray, np.ndarray]:
+    """Origin (3,) in m and orientation (3, 3) of a link in the root's frame, joints at zero."""
+    xyz, R = np.zeros(3), np.eye(3)
+    for joint in tree.path_up(link):
+        at, turned = tree.place(joint)
+        xyz, R = at + turned @ xyz, turned @ R
+    return xyz, R
+
+
 def origin(xyz: np.ndarray, R: np.ndarray) -> Element:
     """An <origin> at a place (3,), m, with an orientation (3, 3)."""
     return Element("origin", {"xyz": _text(xyz), "rpy": _text(_rpy(R))})
