@@ -68,6 +68,7 @@ class Studio {
       this.note("You watch. Take over to change something.", "bad");
       return false;
     }
+    this.hints.done(what);
     return this.line.say(what, { seen: this.state.version, ...content });
   }
 
@@ -137,6 +138,7 @@ class Studio {
     this.surfaceTool.begin(controls);
     this.drawingTool.begin();
     this.shell.offer(controllers);
+    this.shell.forgetScores();
     this.timeline.begin(scene.lasts, layout.flights[0].touching[0]);
     find("experiment").textContent = scene.experiment;
     find("ghosts").hidden = flights.length < 2;
@@ -195,6 +197,7 @@ class Studio {
   /** Look at a time of the past; null for now. */
   look(time) {
     this.looking = this.charts.looking = time;
+    if (time !== null) this.hints.done("look");
     this.fresh = this.chartsDue = true;
     this.shell.status();
   }
@@ -251,8 +254,12 @@ class Studio {
       }[event.key];
       if (act) { event.preventDefault(); act(); }
     });
+    let typing = null; // a field with words that were not taken yet: undo is its own there
+    addEventListener("input", ({ target }) => { typing = target.matches("input:not([type=range])") ? target : null; });
+    addEventListener("change", () => { typing = null; });
     addEventListener("keydown", (event) => {
-      if (event.key.toLowerCase() !== "z" || !(event.ctrlKey || event.metaKey) || event.target.matches("input[type=text], input[type=search], input[type=number]")) return;
+      if (event.key === "Enter") typing = null; // also where the field is as it was, and nothing changes
+      if (event.key.toLowerCase() !== "z" || !(event.ctrlKey || event.metaKey) || (typing && event.target === typing)) return;
       event.preventDefault();
       this.say(event.shiftKey ? "redo" : "undo");
     });

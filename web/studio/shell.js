@@ -37,8 +37,16 @@ export class Shell {
       this.keptList = element("ul", { class: "kept", "aria-live": "polite" }));
     find("panel-scores").append(
       element("div", { class: "row" }, button("Score now", { class: "main" }, () => studio.say("scores")),
-        element("span", { class: "soft" }, "of the flight so far")),
+        this.scoredOf = element("span", { class: "soft", role: "status" })),
       this.scores = element("div", { class: "scroll" }));
+    this.forgetScores();
+  }
+
+  /** Scores of a flight that is not the one that flies now would be taken for its own. */
+  forgetScores() {
+    this.scored = undefined;
+    this.scoredOf.textContent = "of the flight so far";
+    this.scores.replaceChildren();
   }
 
   #buildTabs() {
@@ -77,7 +85,8 @@ export class Shell {
   }
 
   /** Show what flies, and whether it was lost. */
-  apply({ controllers, verdict }) {
+  apply({ controllers, verdict, here }) {
+    if (this.scored !== undefined && this.scored !== here) this.forgetScores();
     this.first.value = controllers[0];
     this.second.value = controllers[1] ?? "";
     find("lost").hidden = !verdict.some((text) => text !== ENDED);
@@ -133,7 +142,9 @@ export class Shell {
     this.note(`Kept in ${folder}`);
   }
 
-  showScores({ flights, groups }) {
+  showScores({ flights, groups, here, until }) {
+    this.scored = here; // a flight that goes back is another branch
+    this.scoredOf.textContent = `of the flight until ${until.toFixed(1)} s`;
     if (!groups.length) return this.scores.replaceChildren(element("p", { class: "soft" }, "Nothing to score yet: scores are of the sliding period."));
     const head = (text) => element("th", { scope: "col" }, text), cell = (text) => element("td", {}, text);
     const row = ({ label, unit, values }) => element("tr", {}, element("th", { scope: "row" }, label),
@@ -146,6 +157,7 @@ export class Shell {
 
   /** What can be done, and with which keys. */
   help() {
+    this.studio.hints.done("help");
     const dialog = find("help");
     if (!dialog.open) dialog.showModal();
   }

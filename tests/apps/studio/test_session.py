@@ -149,7 +149,8 @@ def test_scores_so_far_are_told_in_words_with_units(session):
     session.advance(300)
     assert session.live.scores() == {"flights": ["Hybrid", "PID"], "groups": []}  # nothing slides yet
     session.advance(300)
-    scores = session.live.scores()
+    scores = session.scores()
+    assert (scores["here"], scores["until"]) == (session.branches.here, session.live.time)
     rows = {row["label"]: row for group in scores["groups"] for row in group["rows"]}
     tilt = rows["largest tilt"]
     assert tilt["unit"] == "rad"

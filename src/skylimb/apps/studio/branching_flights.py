@@ -91,6 +91,10 @@ class BranchingFlights:
         self.live.branch(experiments)
         self.branches = self.branches.acted(before, words, kind)
 
+    def scores(self) -> dict[str, Any]:
+        """The scores so far (`LiveFlights.scores`), and what they are of: the branch `here`, `until` a time, s."""
+        return {**self.live.scores(), "here": self.branches.here, "until": self.live.time}
+
     def rewind(self, time: float) -> None:
         """Go back to a time (s); what comes then is flown anew, without what people did from that time on."""
         if not (math.isfinite(time) and time >= 0.0):

@@ -74,7 +74,7 @@ class FlightThread:
             messages.Keep: lambda c: session.keep(c.name),
             messages.Draw: lambda c: session.draw(c.strokes if c.svg is None else c.svg),
             messages.Controllers: lambda c: self._set_controllers(c.names),
-            messages.Scores: lambda _: say("scores", session.live.scores()),
+            messages.Scores: lambda _: say("scores", session.scores()),
         }
 
     def command(self, command: Any) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import re
 import shlex
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -247,10 +248,13 @@ def test_an_act_is_undone_and_done_again(page: sync_api.Page, studio: Any) -> No
     wait_for(lambda: flown_gain(studio.session, "translation.normalized_stiffness")[0] == 3.25)
     until(page, "skylimbStudio.past.end > 1.0")
     assert page.locator(".mark[data-kind=gain]").count() == 1
-    page.get_by_label("Search gains and keys").fill("")
-    page.locator("#picture canvas").focus()
-    page.keyboard.press("Control+z")
+    field.press("1")
+    page.keyboard.press("Control+z")  # of what is being typed
+    assert field.input_value() == "3.25"
+    field.press("Enter")
+    page.keyboard.press("Control+z")  # of what was done, with the hand still in the field
     wait_for(lambda: flown_gain(studio.session, "translation.normalized_stiffness")[0] != 3.25)
+    page.get_by_label("Search gains and keys").fill("")
     wait_for(lambda: field.input_value() == before)
     page.get_by_role("button", name="Redo").click()
     wait_for(lambda: flown_gain(studio.session, "translation.normalized_stiffness")[0] == 3.25)
@@ -260,6 +264,23 @@ def test_an_act_is_undone_and_done_again(page: sync_api.Page, studio: Any) -> No
     wait_for(lambda: field.input_value() == before)
     row = changed.get_by_role("button", name="controller.translation.normalized_stiffness: back to take-off")
     row.wait_for(state="hidden")
+
+
+def test_scores_say_what_they_are_of_and_go_with_their_flight(page: sync_api.Page, studio: Any) -> None:
+    studio.speed(6)
+    wait_for(lambda: studio.session.live.time > 8.0)
+    studio.speed(1)
+    page.get_by_role("tab", name="Scores").click()
+    panel = page.get_by_role("tabpanel", name="Scores")
+    panel.get_by_role("button", name="Score now").click()
+    panel.get_by_text("largest tilt").wait_for()
+    of = re.search(r"until ([\d.]+) s", panel.get_by_role("status").inner_text())
+    assert of is not None and float(of[1]) > 7.9
+    page.get_by_role("slider", name="Time of the flight").focus()
+    page.keyboard.press("Shift+ArrowLeft")
+    page.keyboard.press("Enter")  # a branch from a second ago: those were of another flight
+    panel.get_by_text("of the flight so far").wait_for()
+    assert panel.get_by_role("row").count() == 0
 
 
 def fields(page: sync_api.Page) -> dict[str, str]:
