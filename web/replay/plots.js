@@ -1,7 +1,7 @@
 // Curves over time: one cursor for all plots, zoomed together.
 
 import { uPlot } from "vendor";
-import { curvesOf } from "../shared/curves.js";
+import { MARKERS, curvesOf } from "../shared/curves.js";
 import { columns, lastNotAbove } from "../shared/decode.js";
 import { eventsOf, stripes } from "../shared/events.js";
 
@@ -63,7 +63,7 @@ export class Plots {
       width: element.clientWidth || 400,
       height: 190,
       cursor: { sync: { key: "skylimb", setSeries: false }, drag: { x: true, y: false }, points: { size: 5 } },
-      legend: { live: true },
+      legend: { live: true, markers: MARKERS },
       scales: { x: { time: false } },
       axes: [{ ...axis, space: 60 }, { ...axis, size: 52 }],
       series: [

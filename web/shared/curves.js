@@ -4,6 +4,20 @@ const HUES = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", 
 const DASHES = { reference: [6, 4], command: [4, 3], limit: [2, 3] };
 const COMMON = ["reference", "limit"]; // the same for all flights
 
+/** How a curve stands in a legend: as a piece of it, dashes and all. */
+export const MARKERS = {
+  width: 0,
+  fill: (plot, k) => {
+    const { stroke, dash = [1] } = plot.series[k], hue = stroke(plot, k);
+    let at = 0;
+    const stops = dash.flatMap((length, i) => {
+      const colour = i % 2 ? "transparent" : hue;
+      return [`${colour} ${at}px`, `${colour} ${at += length}px`];
+    });
+    return `repeating-linear-gradient(90deg, ${stops.join()})`;
+  },
+};
+
 export const hueOf = (number) => HUES[number % HUES.length];
 
 /** The curves of one flight in the panel of a title: all where it is alone, else those that compare it. */

@@ -1,7 +1,7 @@
 // Charts of the flight: those of the task, and any signal of the log by its name.
 
 import { uPlot } from "vendor";
-import { curvesOf, hueOf } from "../shared/curves.js";
+import { MARKERS, curvesOf, hueOf } from "../shared/curves.js";
 import { button, element } from "../shared/elements.js";
 import { eventsOf, stripes } from "../shared/events.js";
 
@@ -146,7 +146,7 @@ export class Charts {
       height: HEIGHT,
       // The others show the cursor, but none of them is dragged: each would zoom into what the one before has left.
       cursor: { sync: { key: "studio", setSeries: false, filters: { pub: (type) => type === "mousemove" || type === "mouseleave" } }, drag: { x: true, y: false, setScale: false }, points: { size: 5 } },
-      legend: { live: true, markers: { width: 2, dash: (u, k) => (u.series[k].dash ? "dashed" : "solid") } },
+      legend: { live: true, markers: MARKERS },
       scales: { x: { time: false }, ...scales },
       axes: [{ ...axis, space: 60, size: 26 },
         ...units.map((unit, k) => ({ ...axis, scale: scaleOf(unit), side: k ? 1 : 3, size: names.length ? 78 : 50, space: 15, grid: k ? { show: false } : axis.grid, label: units.length > 1 ? unit : undefined, labelSize: 14, labelFont: "11px system-ui",
@@ -249,9 +249,14 @@ export class Charts {
     ctx.drawImage(from, 0, line);
     ctx.font = `${11 * ratio}px system-ui`;
     let x = 8 * ratio;
-    for (const { label, stroke } of curves) {
-      ctx.fillStyle = stroke;
-      ctx.fillText(label, x, canvas.height - 5 * ratio);
+    for (const { label, stroke, dash = [] } of curves) {
+      Object.assign(ctx, { fillStyle: stroke, strokeStyle: stroke, lineWidth: 2 * ratio });
+      ctx.setLineDash(dash.map((length) => length * ratio));
+      ctx.beginPath();
+      ctx.moveTo(x, canvas.height - 9 * ratio);
+      ctx.lineTo(x += 24 * ratio, canvas.height - 9 * ratio);
+      ctx.stroke();
+      ctx.fillText(label, x += 4 * ratio, canvas.height - 5 * ratio);
       x += ctx.measureText(`${label}   `).width;
     }
     save(canvas.toDataURL("image/png"), `${title}.png`);

@@ -128,17 +128,19 @@ export class Shell {
     setTimeout(() => made.remove(), TOLD);
   }
 
-  kept({ folder, command }) {
-    const line = element("code", {}, command);
-    this.keptList.prepend(element("li", {}, element("strong", {}, folder), line,
-      button("Copy", { "aria-label": "Copy the command line" }, async ({ target }) => {
+  kept({ folder, commands }) {
+    const flown = (command) => {
+      const line = element("code", {}, command);
+      return [line, button("Copy", { "aria-label": "Copy the command line" }, async ({ target }) => {
         try {
           await navigator.clipboard.writeText(command);
           target.textContent = "Copied";
         } catch {
           getSelection().selectAllChildren(line);
         }
-      })));
+      })];
+    };
+    this.keptList.prepend(element("li", {}, element("strong", {}, folder), ...commands.flatMap(flown)));
     this.note(`Kept in ${folder}`);
   }
 

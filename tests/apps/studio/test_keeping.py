@@ -88,7 +88,8 @@ def test_a_kept_folder_has_the_preset_as_it_became_and_a_report(session, kept):
     session.poll()
     events = session.events()
     assert [event["event"] for event in events if event["event"] in ("kept", "report")] == ["kept", "report"]
-    assert kept.command == f"skylimb run {kept.folder / 'hybrid' / 'config.toml'}"
+    configs = [kept.folder / name / "config.toml" for name in ("hybrid", "following")]
+    assert kept.commands == tuple(f"skylimb run {config}" for config in configs)
 
 
 def test_the_flights_go_on_after_they_were_kept(session, kept):

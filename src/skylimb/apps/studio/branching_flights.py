@@ -92,7 +92,7 @@ class BranchingFlights:
         self.branches = self.branches.acted(before, words, kind)
 
     def scores(self) -> dict[str, Any]:
-        """The scores so far (`LiveFlights.scores`), and what they are of: the branch `here`, `until` a time, s."""
+        """The scores so far (`LiveFlights.scores`), and of what: the branch `here`, `until` a time, s."""
         return {**self.live.scores(), "here": self.branches.here, "until": self.live.time}
 
     def rewind(self, time: float) -> None:

@@ -34,12 +34,12 @@ class KeptFlights:
 
     Attributes:
         folder: that holds it.
-        command: that repeats the flight, or the first of several.
+        commands: each repeats one of the flights.
         report: draws figures and report into the folder; it works beside this process.
     """
 
     folder: Path
-    command: str
+    commands: tuple[str, ...]
     report: subprocess.Popen[bytes]
 
     @property
@@ -79,14 +79,14 @@ def keep(flights: Sequence[LiveFlight], names: Sequence[str], out: Path, name: s
     write_records(runs, folder, dict(zip(names, presets, strict=True)))
     own = {called: flight.takeoff.own for called, flight in zip(names, flights, strict=True)}
     write_scores({called: scored(run, own[called]) for called, run in runs.items()}, folder)
-    config = home(folder, names[0]) / CONFIG_FILE
+    configs = [home(folder, called) / CONFIG_FILE for called in names]
     # Figures take seconds and cores: another process draws them while the flights go on.
     report = subprocess.Popen(
         [sys.executable, "-m", "skylimb", "report", str(folder)],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
     )
-    return KeptFlights(folder, f"skylimb run {shlex.quote(str(config))}", report)
+    return KeptFlights(folder, tuple(f"skylimb run {shlex.quote(str(config))}" for config in configs), report)
 
 
 def so_far(flight: LiveFlight) -> Run:

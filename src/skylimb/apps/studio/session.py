@@ -196,7 +196,7 @@ class Session(BranchingFlights):
 
         kept = keep(self.live.flights, self.live.names, self.out, name)
         self._reports.append(kept)
-        self._tell("kept", folder=str(kept.folder), command=kept.command)
+        self._tell("kept", folder=str(kept.folder), commands=kept.commands)
         return kept
 
     def draw(self, drawing: str | Sequence[Sequence[Sequence[float]]]) -> Path:

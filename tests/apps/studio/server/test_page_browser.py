@@ -275,7 +275,8 @@ def test_scores_say_what_they_are_of_and_go_with_their_flight(page: sync_api.Pag
     panel.get_by_role("button", name="Score now").click()
     panel.get_by_text("largest tilt").wait_for()
     of = re.search(r"until ([\d.]+) s", panel.get_by_role("status").inner_text())
-    assert of is not None and float(of[1]) > 7.9
+    assert of is not None
+    assert float(of[1]) > 7.9
     page.get_by_role("slider", name="Time of the flight").focus()
     page.keyboard.press("Shift+ArrowLeft")
     page.keyboard.press("Enter")  # a branch from a second ago: those were of another flight
@@ -370,6 +371,17 @@ def test_everything_is_named_and_can_be_reached_by_keyboard(page: sync_api.Page)
     page.keyboard.press("2")
     assert page.get_by_role("radio", name="Poke").get_attribute("aria-checked") == "true"
     page.keyboard.press("1")
+
+
+def test_a_legend_shows_dashes_as_its_curves_have_them(page: sync_api.Page) -> None:
+    until(page, "skylimbStudio.past.end > 0.5")
+    marker = page.locator("#charts tr", has_text="roll").locator(".u-marker")
+    looks = marker.evaluate_all("(all) => all.map((one) => getComputedStyle(one).backgroundImage)")
+    plain = ["rgba(0, 0, 0, 0)" not in look for look in looks]
+    assert plain[:2] == [True, False]  # roll, and its command
+    box = marker.first.bounding_box()
+    assert box is not None
+    assert box["width"] > 8 * box["height"]  # a piece of a line
 
 
 def test_a_signal_of_the_log_is_charted_zoomed_and_exported(page: sync_api.Page, studio: Any) -> None:
