@@ -49,7 +49,7 @@ REFUSED_SHARE = 0.6
 """Of the same: beyond this flights are lost."""
 
 Direction = tuple[float, ...]
-"""In the level frame whose x axis is the tip link's, (3,)."""
+"""In the level frame whose x axis is the heading, (3,)."""
 
 _ROUNDING = 1e-9
 """Share of a force that is none."""
@@ -217,7 +217,7 @@ def pressed_against_drag(
 
 
 def _seen_from_the_tip(experiment: Experiment, *ways: np.ndarray) -> list[Direction]:
-    """Directions of W in the level frame whose x axis is the tip link's, as it is in the nominal posture."""
+    """Directions of W in the level frame whose x axis is the heading, as it is in the nominal posture."""
     heading = contact_frame(experiment.contact_axis).heading + experiment.approach.heading
     return [tuple((rot_z(-heading) @ way).tolist()) for way in ways]
 

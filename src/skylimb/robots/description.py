@@ -183,17 +183,23 @@ class Rotor(_Fixed):
 
 @dataclass(frozen=True, eq=False)
 class Tip(_Fixed):
-    """The point that touches: centre (m, in the link's frame) and radius (m) of a small ball on a link.
+    """The tool: a frame at the middle of a small ball that touches, on a link.
 
-    `stem` (m, same frame) is where a drawn stick that carries it begins, or None. `heading` says
-    whose x axis, seen from above, is the heading: that link's or the root's.
+    Attributes:
+        link: that carries it.
+        position: (3,) of the ball's middle in the link's frame, m.
+        radius: of the ball, m.
+        stem: (3,) where a drawn stick that carries it begins, in the link's frame, m, or None.
+        heading: whose x axis, seen from above, is the heading: the tool's or the root's.
+        R: (3, 3) orientation of the tool in the link's frame; its x axis points out.
     """
 
     link: str
     position: np.ndarray
     radius: float
     stem: np.ndarray | None = None
-    heading: Literal["link", "root"] = "link"
+    heading: Literal["tool", "root"] = "tool"
+    R: np.ndarray = field(default_factory=lambda: np.eye(3))
 
 
 @dataclass(frozen=True, eq=False)

@@ -70,7 +70,7 @@ def can_hold(
         robot: any robot with rotors.
         joint_angles: q as commanded, rad, (nq,).
         vectoring_angles: psi, rad, (nv,).
-        push: in the level frame whose x axis is the tip link's, N, (3,); none by default: hover.
+        push: in the level frame whose x axis is the heading, N, (3,); none by default: hover.
         within: what else is kept.
     """
     given = np.zeros(3) if push is None else np.asarray(push, dtype=float)

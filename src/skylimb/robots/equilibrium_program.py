@@ -83,7 +83,7 @@ def programme_of(robot: Robot, *, levers: bool) -> Programme:
 def rests(robot: Robot, q: Any, psi: Any, lean: Any, thrusts: Any, push: Any) -> tuple[Any, Any]:
     """What is left over of force and torque, (6,), and torques on all joints, for CasADi's expressions.
 
-    The push is in the level frame whose x axis is the tip link's.
+    The push is in the level frame whose x axis is the heading.
     """
     C, V, J_c, J_r, r, heading = loads_function(robot)(q, psi)
     pushed = ca.SX(rot_z(heading)) @ push

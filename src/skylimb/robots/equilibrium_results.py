@@ -65,7 +65,7 @@ class Held:
     """A robot that rests.
 
     Attributes:
-        push: of the tip on its surroundings, in the level frame whose x axis is the tip link's, N, (3,).
+        push: of the tip on its surroundings, in the level frame whose x axis is the heading, N, (3,).
         thrusts: N, (n,).
         vectoring_angles: rad, (nv,).
         joint_angles: where the servos hold the joints, rad, (nq,).

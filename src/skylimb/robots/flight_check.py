@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -19,7 +20,9 @@ _TRIES = 16
 """Sets of vectoring angles near the first ones at which least-norm thrusts are looked at."""
 
 _FLAT = 0.2
-"""Length of the tip link's x axis, seen from above, from which on it gives a heading."""
+"""Length of the tool's x axis, seen from above, from which on it gives a heading."""
+_ALONG = 21
+"""Postures of the family at which that is looked at."""
 
 _SAMPLES = 64
 """Sets of vectoring angles at which the rank of the allocation matrix is looked at."""
@@ -48,14 +51,38 @@ def check_robot(robot: Robot) -> None:
 
 
 def _check_heading(robot: Robot) -> None:
-    """Refuse a heading by an axis that is upright: what is left of it, seen from above, is rounding."""
-    tip, start = robot.description.tip, robot.description.vectoring_start
-    x_axis = robot.link_poses(robot.nominal_posture(), start)[tip.link][1][:, 0]
-    if tip.heading == "link" and np.hypot(x_axis[0], x_axis[1]) < _FLAT:
-        raise DescriptionError(
-            f"the x axis of tip.link = '{tip.link}' points {'up' if x_axis[2] > 0.0 else 'down'} in the "
-            "nominal posture, so it gives no heading; say tip.heading = 'root', and the root's x axis does"
-        )
+    posture, start = robot.description.posture, robot.description.vectoring_start
+    require_heading(robot, [robot.nominal_posture()], [start], "in the nominal posture")
+    thetas = np.linspace(posture.theta_min, posture.theta_max, _ALONG)
+    along = [posture.offset + posture.slope * theta for theta in thetas]
+    require_heading(robot, along, [start] * _ALONG, "in the family of postures")
+
+
+def require_heading(
+    robot: Robot, joint_angles: Iterable[np.ndarray], vectoring_angles: Iterable[np.ndarray], where: str
+) -> None:
+    """Refuse a heading by an axis that comes upright: what is left of it, seen from above, is rounding.
+
+    Past upright it jumps by half a turn.
+
+    Args:
+        robot: whose tool may give the heading.
+        joint_angles: of postures that follow each other, (nq,), rad.
+        vectoring_angles: of the same, (nv,), rad.
+        where: these are, in words.
+
+    Raises:
+        DescriptionError: the tool gives no heading in one of them, or between two of them.
+    """
+    if robot.description.tip.heading == "root":
+        return
+    axes = [robot.tool(q, psi)[0][:, 1] for q, psi in zip(joint_angles, vectoring_angles, strict=True)]
+    for axis, before in zip(axes, [axes[0], *axes], strict=False):
+        if np.hypot(axis[0], axis[1]) < _FLAT or axis[:2] @ before[:2] < 0.0 < abs(axis[2] + before[2]):
+            raise DescriptionError(
+                f"the tool of '{robot.name}' points {'up' if axis[2] + before[2] > 0.0 else 'down'} {where}, "
+                "so its x axis gives no heading; say tip.heading = 'root', and the root's x axis does"
+            )
 
 
 def check_moving_bodies(robot: Robot) -> None:

@@ -122,10 +122,21 @@ class TipSection:
     stem: Annotated[
         _Place | None, Key("m", "where the stick begins, in the link's frame", low=-10.0, high=10.0)
     ] = None
+    rpy: Annotated[
+        _Place | None,
+        Key("rad", "roll, pitch and yaw of the tool in the link's frame", low=-_TURN, high=_TURN),
+    ] = None
+    forward: Annotated[
+        Literal["x", "z"] | None, Key("", "axis of that frame which points out of the tool; x when left out")
+    ] = None
     heading: Annotated[
-        Literal["link", "root"],
-        Key("", "whose x axis, seen from above, is the heading; 'root' for a tool that points up or down"),
-    ] = "link"
+        Literal["tool", "root"] | None,
+        Key(
+            "",
+            "whose x axis, seen from above, is the heading: the tool's, pointing out, or 'root' for one that "
+            "points up or down or may turn past that; 'tool' when left out of a flight file",
+        ),
+    ] = None
 
 
 @configuration

@@ -34,6 +34,7 @@ from skylimb.robots.flight_file import (
     PostureSection,
     RotorSection,
     ShapeSection,
+    TipSection,
     VectoringSection,
 )
 from skylimb.robots.links_file import Tree, tree_of
@@ -44,6 +45,8 @@ from skylimb.robots.validation import check_description
 FLIGHT_FILE = "flight.toml"
 SHIPPED = Path(__file__).parent
 """Folder with a folder for each robot that comes with the package."""
+_Z_OUT = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
+"""A frame whose x axis lies along z of another, and whose y axis is the same."""
 _LONGEST_NAME = 200
 """Letters of a file's name at most; most file systems end at 255 bytes."""
 
@@ -200,7 +203,8 @@ def describe(flight: FlightFile, flight_source: Source, urdf: Source, tree: Tree
             np.array(flight.tip.position, dtype=float),
             flight.tip.radius,
             None if flight.tip.stem is None else np.array(flight.tip.stem, dtype=float),
-            flight.tip.heading,
+            flight.tip.heading or "tool",
+            tool_rotation(flight.tip),
         ),
         posture=PostureFamily(
             np.array(posture.offset, dtype=float),
@@ -227,6 +231,12 @@ def _require_known(key: str, names: Iterable[str], known: Sequence[str]) -> None
 
 def _pose(xyz: Sequence[float], rpy: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
     return np.array(xyz, dtype=float), clean_rotation(rotation_from_rpy(*rpy))
+
+
+def tool_rotation(tip: TipSection) -> np.ndarray:
+    """Orientation (3, 3) of a tool in its link's frame, its x axis out."""
+    R = rotation_from_rpy(*(tip.rpy or (0.0, 0.0, 0.0)))
+    return clean_rotation(R @ _Z_OUT if tip.forward == "z" else R)
 
 
 def _rotor(section: RotorSection, index: int, links: Sequence[Link]) -> Rotor:

@@ -76,6 +76,7 @@ class Robot:
         )
         self._numbers = ca.Function("numbers", [q, psi], [ca.densify(self._layout.pack(state))])
         self._skeleton = ca.Function("skeleton", [q, psi], [here.skeleton()])
+        self._tool = ca.Function("tool", [q, psi], [ca.horzcat(*here.tool), here.heading])
         self._link_poses = ca.Function(
             "links",
             [q, psi],
@@ -133,6 +134,14 @@ class Robot:
         """
         points = self._skeleton(joint_angles, vectoring_angles)
         return points.full() if isinstance(points, ca.DM) else points
+
+    def tool(self, joint_angles: Any, vectoring_angles: Any) -> tuple[Array, Any]:
+        """The tool in the root frame and the heading there, rad, in numbers or symbols.
+
+        The first is (3, 4): the tip's position, m, and the tool's orientation, its x axis out.
+        """
+        pose, heading = self._tool.call([joint_angles, vectoring_angles])
+        return (pose.full(), float(heading)) if isinstance(pose, ca.DM) else (pose, heading)
 
     def link_poses(
         self, joint_angles: Any, vectoring_angles: Any

@@ -14,6 +14,7 @@ from skylimb.robots.bodies import Body, Placement
 from skylimb.robots.description import RobotDescription
 from skylimb.robots.hovering import hovering_frame
 from skylimb.robots.kinematics import BodyPose, angular_velocities, body_poses, composite, congruence
+from skylimb.robots.urdf import clean_rotation
 
 Array = Any
 """A NumPy array or a CasADi matrix (SX, MX, DM)."""
@@ -35,7 +36,7 @@ class RobotState(NamedTuple):
         tip_root: (3,) tip in the root frame, m.
         tip_jacobian: (3, nq) derivative of tip_root by the joint angles, m/rad.
         cog_jacobian: (3, nq + nv) derivative of cog_root by joint and vectoring angles, m/rad.
-        tip_heading: yaw of the tip link's x axis in the root frame, rad, 0 where the heading is the root's;
+        tip_heading: yaw of the tool's x axis in the root frame, rad, 0 where the heading is the root's;
             {C} has the same yaw up to its small tilt.
     """
 
@@ -107,7 +108,7 @@ class Posed:
         drag = [rotor.drag_torque_coefficient for rotor in self.description.rotors]
         weight, preferred = self.mass * self.description.gravity, self.description.preferred_thrusts
         hover = hovering_frame(thrust_axes, thrust_points, drag, weight, preferred)
-        tip, R_tip = self.place(self.description.tip.link, self.description.tip.position)
+        tip, _ = self.tool
         R = hover.R_root_C
         return RobotState(
             mass=self.mass,
@@ -121,20 +122,31 @@ class Posed:
             tip_root=tip,
             tip_jacobian=ca.jacobian(tip, self.q),
             cog_jacobian=ca.jacobian(cog, ca.vertcat(self.q, self.psi)),
-            tip_heading=self._heading(R_tip),
+            tip_heading=self.heading,
         )
 
-    def _heading(self, R_tip: Array) -> Any:
-        if self.description.tip.heading == "root":
+    @functools.cached_property
+    def tool(self) -> tuple[Array, Array]:
+        """Position in the root frame of the tip, and the tool's orientation, its x axis out."""
+        tip = self.description.tip
+        place = self.placements[tip.link]
+        at, _ = self.place(tip.link, tip.position)
+        return at, self.poses[place.body].turned(clean_rotation(place.R @ tip.R))
+
+    @functools.cached_property
+    def heading(self) -> Any:
+        """See `RobotState.tip_heading`."""
+        tip = self.description.tip
+        if tip.heading == "root":
             return ca.SX(0.0)
-        place = self.placements[self.description.tip.link]
+        place = self.placements[tip.link]
         pose = self.poses[place.body]
         if pose.base is None and abs(pose.axis[2]) == 1.0:
             # About z the angles add up, which costs no arctangent and never jumps by 2 pi.
-            x_axis = pose.R_zero @ place.R[:, 0]
+            x_axis = pose.R_zero @ clean_rotation(place.R @ tip.R)[:, 0]
             return pose.axis[2] * pose.angle + np.arctan2(x_axis[1], x_axis[0])
         # Counted from the nominal posture, so that it jumps by 2 pi half a turn away from there only.
-        x_axis = R_tip[:2, 0]
+        x_axis = self.tool[1][:2, 0]
         at = self.description.posture.nominal, self.description.vectoring_start
         start = ca.Function("x_axis", [self.q, self.psi], [x_axis])(*at).full()
         first = np.arctan2(start[1, 0], start[0, 0])
@@ -147,5 +159,4 @@ class Posed:
         origins += [
             self.place(self.description.joint(name).child)[0] for name in self.description.shape_joints
         ]
-        tip, _ = self.place(self.description.tip.link, self.description.tip.position)
-        return ca.horzcat(*origins, tip).T
+        return ca.horzcat(*origins, self.tool[0]).T

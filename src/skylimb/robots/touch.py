@@ -16,7 +16,7 @@ class Touch:
     """How the tip stands to the rest of the robot, seen along a direction.
 
     Attributes:
-        direction: in the level frame whose x axis is the tip link's, unit, (3,).
+        direction: in the level frame whose x axis is the heading, unit, (3,).
         room: how far the tip is before the foremost rotor's disc, or link's shape or origin, m; 0 or less
             where it is not foremost.
         nearest: the name of that rotor or link.
@@ -48,7 +48,7 @@ def can_touch(
         robot: level.
         joint_angles: q, rad, (nq,).
         vectoring_angles: psi, rad, (nv,).
-        direction: in the level frame whose x axis is the tip link's, unit; by default the one in which the
+        direction: in the level frame whose x axis is the heading, unit; by default the one in which the
             tip is foremost by most.
     """
     names, points, radii, tip = _places(robot, joint_angles, vectoring_angles)
@@ -67,12 +67,11 @@ def _places(
     parts = [*(Part(name, name, np.zeros((1, 3))) for name in bending), *parts_of(description)]
     placed = [poses[part.link][0] + part.points @ poses[part.link][1].T for part in parts]
     sizes = [len(points) for points in placed]
-    place, R = poses[description.tip.link]
-    level = rot_z(-np.arctan2(R[1, 0], R[0, 0]) if description.tip.heading == "link" else 0.0)
-    tip = place + R @ description.tip.position
+    tool, heading = robot.tool(joint_angles, vectoring_angles)
+    level = rot_z(-heading)
     names = [part.name for part, size in zip(parts, sizes, strict=True) for _ in range(size)]
     radii = np.repeat([part.radius for part in parts], sizes)
-    return names, np.concatenate(placed) @ level.T, radii, level @ tip
+    return names, np.concatenate(placed) @ level.T, radii, level @ tool[:, 0]
 
 
 def _most_foremost(points: np.ndarray) -> np.ndarray:

@@ -1,6 +1,6 @@
 """The tool at the tip: the pen's ball alone, a foot, or a peg.
 
-A foot is four balls around the tip's own, in the plane across the tip link's x axis, so that the tip can lie
+A foot is four balls around the tip's own, in the plane across the tool's x axis, so that the tip can lie
 flat on a surface and carry a torque. Each of the five touches by a pair of its own, with a fifth of the
 surface's stiffness and damping: together they are as stiff as the tip alone would be. Pressed flat with N
 they give a torque of up to half_width N about an edge, and they slide at mu N whatever the torque.
@@ -18,13 +18,14 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
+from skylimb.base.rotations import quaternion_from_rotation
 from skylimb.robots.description import Tip
 from skylimb.simulation.contact import add_contact_pair, effective_mass, tune_contact_pair
 from skylimb.simulation.contact_keys import PAIR_NAME, ContactParameters
 from skylimb.simulation.plant_config import Peg
 
 CORNERS = ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0))
-"""Directions of a foot's corners along the tip link's y and z axes."""
+"""Directions of a foot's corners along the tool's y and z axes."""
 
 BALLS = 1 + len(CORNERS)
 """How many of a foot's share the load."""
@@ -56,7 +57,7 @@ def add_tool(
     """
     pairs = [(tip_geom, surface_geoms[0])]
     if foot is not None:
-        pairs += [(name, surface_geoms[0]) for name in _add_foot(spec.geom(tip_geom), tip_geom, foot)]
+        pairs += [(name, surface_geoms[0]) for name in _add_foot(spec.geom(tip_geom), tip, tip_geom, foot)]
     if peg is not None:
         _add_peg(spec.geom(tip_geom), tip, peg)
         pairs = [(PEG_GEOM, geom) for geom in surface_geoms]
@@ -65,7 +66,7 @@ def add_tool(
         add_contact_pair(spec, mine, other, parameters, name)
 
 
-def _add_foot(ball: mujoco.MjsGeom, tip_geom: str, half_width: float) -> list[str]:
+def _add_foot(ball: mujoco.MjsGeom, tip: Tip, tip_geom: str, half_width: float) -> list[str]:
     """Put a ball like the tip's at each corner; their names."""
     names = [f"{tip_geom}_{index}" for index in range(len(CORNERS))]
     for name, (y, z) in zip(names, CORNERS, strict=True):
@@ -73,7 +74,7 @@ def _add_foot(ball: mujoco.MjsGeom, tip_geom: str, half_width: float) -> list[st
             name=name,
             type=ball.type,
             size=ball.size,
-            pos=[ball.pos[0], ball.pos[1] + y * half_width, ball.pos[2] + z * half_width],
+            pos=ball.pos + half_width * (tip.R @ (0.0, y, z)),
             mass=0.0,
             contype=0,
             conaffinity=0,
@@ -85,7 +86,8 @@ def _add_foot(ball: mujoco.MjsGeom, tip_geom: str, half_width: float) -> list[st
         name=f"{tip_geom}_plate",
         type=mujoco.mjtGeom.mjGEOM_BOX,
         size=[thick, half_width, half_width],
-        pos=[ball.pos[0] - thick, ball.pos[1], ball.pos[2]],
+        pos=ball.pos - thick * tip.R[:, 0],
+        quat=quaternion_from_rotation(tip.R),
         mass=0.0,
         contype=0,
         conaffinity=0,
@@ -125,8 +127,8 @@ def tune_tool(model: mujoco.MjModel, parameters: ContactParameters, foot: bool =
 
 
 def peg_direction(tip: Tip) -> np.ndarray:
-    """Along a peg and out of the robot, axes of the tip's link, (3,): along its stem, or its x axis."""
+    """Along a peg and out of the robot, axes of the tip's link, (3,): along its stem, or x of the tool."""
     if tip.stem is None:
-        return np.array([1.0, 0.0, 0.0])
+        return tip.R[:, 0]
     along = np.asarray(tip.position) - np.asarray(tip.stem)
     return along / np.linalg.norm(along)

@@ -35,8 +35,7 @@ def tool_signals(plant: Plant, flight: Flight, tip_position: np.ndarray) -> dict
         middle = tip_position + (tip.radius - radius) * _in_world(plant, flight, peg_direction(tip))
         found["peg_depth"] = surface.to_local(middle)[:, 0] + radius
     if plant.foot is not None:
-        # It stands across the x axis of the tip's link.
-        outward = _in_world(plant, flight, np.array([1.0, 0.0, 0.0]))
+        outward = _in_world(plant, flight, tip.R[:, 0])
         cosine = -np.sum(outward * surface.normal(tip_position), axis=1)
         found["foot_angle"] = np.arccos(np.clip(cosine, -1.0, 1.0))
     return found

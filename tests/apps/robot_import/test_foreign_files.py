@@ -180,10 +180,10 @@ def test_the_tip_is_the_farthest_end_of_tree_and_drawing(
 
 def test_a_tool_that_points_down_gives_no_heading_and_the_root_does(tmp_path: Path) -> None:
     (tmp_path / "arm.urdf").write_text(with_arm(""))
-    (tmp_path / "mapping.toml").write_text(NEW_TIP)
+    (tmp_path / "mapping.toml").write_text(NEW_TIP + 'heading = "tool"\n')
     report = check_robot_file(tmp_path / "arm.urdf", mapping=tmp_path / "mapping.toml")
-    assert "'tool' points down in the nominal posture, so it gives no heading" in report.reasons[0].value
-    (tmp_path / "mapping.toml").write_text(NEW_TIP + 'heading = "root"\n')
+    assert "points down in the nominal posture, so its x axis gives no heading" in report.reasons[0].value
+    (tmp_path / "mapping.toml").write_text(NEW_TIP)
     report = import_robot(tmp_path / "arm.urdf", tmp_path / "robot", mapping=tmp_path / "mapping.toml")
     assert report.can_touch, report.reasons
     robot = load_robot(tmp_path / "robot")

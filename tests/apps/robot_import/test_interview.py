@@ -30,7 +30,7 @@ def asked(urdf: Path, **answers: str):
 
 def test_every_question_has_a_proposal_that_changes_nothing(urdf: Path) -> None:
     report, heard = asked(urdf)
-    assert [proposed for _, proposed in heard] == ["1.8", "shoulder_pitch elbow_pitch", "tool0 0 0 0", "12"]
+    assert [proposed for _, proposed in heard] == ["1.8", "shoulder_pitch elbow_pitch", "tool0 0 0 0 x", "12"]
     plain = skylimb.check_robot_file(urdf)
     assert report.flight == plain.flight
 

@@ -95,7 +95,9 @@ def new_robot(
     out: Annotated[str, arg("New folder for the robot.", "DIR")] = "",
     mass: Annotated[str, arg("What it weighs, kg.", "KG")] = "",
     arm: Annotated[str, arg("Joints that bend it, or 'none'.", "NAMES")] = "",
-    tip: Annotated[str, arg("What touches: a link, and x y z there, m.", "'LINK X Y Z'")] = "",
+    tip: Annotated[
+        str, arg("What touches: a link, x y z there (m), and the axis that points out.", "'LINK X Y Z x|z'")
+    ] = "",
     spin: Annotated[str, arg("Links of the rotors that turn clockwise, or 'none'.", "NAMES")] = "",
     thrust: Annotated[str, arg("Greatest thrust of the strongest rotor, N.", "N")] = "",
     yes: Annotated[bool, arg("Take every proposal that is not said otherwise.")] = False,

@@ -45,7 +45,7 @@ def robot_wrench(
     """Say what a robot can do in a posture: forces, torques, and how hard its tip can push.
 
     Thrusts and the torques of the servos are within their limits, the robot is at rest. Level is the measured
-    link, from which tilt counts. Pushes are in the level frame whose x axis is the tip link's; "none" is a
+    link, from which tilt counts. Pushes are in the level frame whose x axis is the heading; "none" is a
     posture in which it cannot rest so at all, "?" one where every search came to no end. Each is the best of
     several searches: where angles move, it can be held, and a harder one is not ruled out.
 

@@ -1,4 +1,4 @@
-"""How an arm stands: its tip foremost, clear of rotors, level, free to move, far from its limits."""
+"""How an arm stands: its tip foremost, clear of rotors, its tool level, free to move, far from its limits."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _ROOM, _CLEAR, _MOBILE, _TRAVEL = 0.1, 0.15, 0.1, 0.4
 """What is enough: tip before all else (m), links from rotors' discs (m), least motion of the tip by the
 joints (m/rad), distance from a limit (rad)."""
 _ASIDE, _SLOPE, _BENT = 0.05, 0.5, 4.0
-"""What is much: tip beside the heading (m), slope of the last link (rad), joints from zero (rad)."""
+"""What is much: tip beside the heading (m), slope of the tool (rad), joints from zero (rad)."""
 
 
 def arm_posture(robot: Robot) -> np.ndarray | None:
@@ -52,8 +52,7 @@ def _worth(robot: Robot, low: np.ndarray, high: np.ndarray) -> Callable[[np.ndar
         if not touch:
             return touch.room
         _, aside, _ = tip_position(robot, q, psi)
-        *_, before, end = robot.skeleton(q, psi)
-        ahead, _, up = (end - before) / max(float(np.linalg.norm(end - before)), 1e-9)
+        ahead, _, up = robot.tool(q, psi)[0][:, 1]
         slope = math.atan2(up, max(ahead, 1e-9))
         moved = np.linalg.svd(tip_jacobian(robot, q, psi), compute_uv=False)
         # What binds counts: a product has no use for more of one when another is short.

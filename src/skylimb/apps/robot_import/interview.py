@@ -12,10 +12,11 @@ import tomli_w
 from skylimb.apps.robot_import.checking import RobotReport, check_robot_file, flight_tables
 from skylimb.apps.robot_import.proposal import SPIN
 from skylimb.base.errors import ConfigError, unknown_name
+from skylimb.robots.flight_file import FlightFile
 
 _SAME_MASS = 0.02
 """Share of the mass that a scale may say otherwise."""
-_NONE = "none"
+_NONE, _FORWARD = "none", ("x", "z")
 
 Ask = Callable[[str, str], str]
 """Words and the proposal -> the answer, empty for the proposal."""
@@ -51,21 +52,23 @@ def _arm(report: RobotReport) -> tuple[str, str, Callable[[str], dict[str, Any]]
 
 
 def _tip(report: RobotReport) -> tuple[str, str, Callable[[str], dict[str, Any]]]:
-    tip = report.description.tip
+    tip = _flight(report).tip
     place = " ".join(f"{float(part):g}" for part in tip.position)
 
     def take(answer: str) -> dict[str, Any]:
-        link, *numbers = answer.replace(",", " ").split() or [""]
-        if len(numbers) not in (0, 3):
-            raise ConfigError(f"tip = '{answer}' must be a link, or a link and x y z in m")
-        position = [_number("tip", number) for number in numbers] or [0.0, 0.0, 0.0]
-        return {"tip": {"link": link, "position": position, "radius": tip.radius, "heading": tip.heading}}
+        link, *words = answer.replace(",", " ").split() or [""]
+        forward = {"forward": words.pop()} if words and words[-1] in _FORWARD else {}
+        if len(words) not in (0, 3):
+            raise ConfigError(f"tip = '{answer}' must be a link, or a link and x y z in m, and x or z")
+        position = [_number("tip", word) for word in words] or [0.0, 0.0, 0.0]
+        return {"tip": {"link": link, "position": position, "radius": tip.radius, **forward}}
 
-    return "Which point touches? Its link, and x y z there, m.", f"{tip.link} {place}", take
+    words = "Which point touches? Its link, x y z there (m), and the axis that points out, x or z."
+    return words, f"{tip.link} {place} {tip.forward or 'x'}", take
 
 
 def _thrust(report: RobotReport) -> tuple[str, str, Callable[[str], dict[str, Any]]]:
-    rotors = _rotors(report)
+    rotors = flight_tables(_flight(report))["rotors"]
     most = max(rotor["thrust_max"] for rotor in rotors)
 
     def take(answer: str) -> dict[str, Any]:
@@ -76,7 +79,7 @@ def _thrust(report: RobotReport) -> tuple[str, str, Callable[[str], dict[str, An
 
 
 def _spin(report: RobotReport) -> tuple[str, str, Callable[[str], dict[str, Any]]]:
-    rotors = _rotors(report)
+    rotors = flight_tables(_flight(report))["rotors"]
     links = [rotor["link"] for rotor in rotors]
 
     def take(answer: str) -> dict[str, Any]:
@@ -91,9 +94,9 @@ def _spin(report: RobotReport) -> tuple[str, str, Callable[[str], dict[str, Any]
     return words, proposed or _NONE, take
 
 
-def _rotors(report: RobotReport) -> list[dict[str, Any]]:
+def _flight(report: RobotReport) -> FlightFile:
     assert report.flight is not None  # a robot of another form is refused before
-    return flight_tables(report.flight)["rotors"]
+    return report.flight
 
 
 QUESTIONS: Mapping[str, Question] = {

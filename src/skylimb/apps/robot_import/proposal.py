@@ -14,6 +14,7 @@ from skylimb.apps.robot_import.roles import Roles
 from skylimb.apps.robot_import.spin_guess import spins_of
 from skylimb.apps.robot_import.tables import LabTables, MotorTable
 from skylimb.apps.robot_import.tip_guess import guess_tip
+from skylimb.apps.robot_import.tool_guess import with_axes
 from skylimb.apps.robot_import.tree import UrdfTree, number
 from skylimb.base.errors import DescriptionError
 from skylimb.robots.description import GRAVITY, Servo
@@ -70,7 +71,7 @@ def propose(
     rotors = _rotors(tree, roles, axles, tables.motors, doubts)
     shape = tuple(joint.get("name", "") for joint in roles.shape)
     vectoring = tuple(joint.get("name", "") for joint in roles.vectoring)
-    tip = mapping.tip or guess_tip(tree, roles, doubts)
+    tip = with_axes(tree, roles, mapping.tip or guess_tip(tree, roles, doubts))
     flight = FlightFile(
         name=mapping.name or tree.name,
         summary=f"{len(rotors)} rotors, {len(shape)} bending and {len(vectoring)} vectoring joints, imported",

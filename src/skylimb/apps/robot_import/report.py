@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from skylimb.control.supervisor.descents import descents_of, protecting_posture
 from skylimb.control.supervisor.limits import Limits
-from skylimb.robots.description import Joint, RobotDescription, Rotor
+from skylimb.robots.description import Joint, RobotDescription, Rotor, Tip
 from skylimb.robots.model import Robot
 
 if TYPE_CHECKING:
@@ -127,9 +127,17 @@ def _abilities(report: RobotReport) -> str:
         f"  hover     {steady}; thrust over weight {acting.thrust_to_weight:.2f}\n"
         f"  actuation rank {acting.rank} of 6{condition}; rank {acting.rank_moving} with vectoring moving: "
         f"{acting.in_words}\n"
+        f"  tool      {_tool(report.description.tip)}\n"
         f"  touch     {acting.touch}\n"
         f"  reaction  {_reaction(acting.unstable_zero)}"
     )
+
+
+def _tool(tip: Tip) -> str:
+    """Where the tip is, which way its tool points in its link's axes, and what the heading is."""
+    at = ", ".join(f"{part:g}" for part in tip.position)
+    way = ", ".join(f"{part:.2f}" for part in tip.R[:, 0] + 0.0)
+    return f"at ({at}) m of '{tip.link}', pointing along ({way}) there; heading: x of the {tip.heading}"
 
 
 def _reaction(zero: float | None) -> str:

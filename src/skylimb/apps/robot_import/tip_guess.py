@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import replace
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -51,20 +50,16 @@ def guess_tip(tree: UrdfTree, roles: Roles, doubts: list[Doubt]) -> TipSection:
         beyond = max((float(np.linalg.norm(place)) for place in places), default=0.3) + _BEYOND
         assumed = TipSection(last, (round(reach + _STICK, 4), 0.0, 0.0), _RADIUS, (0.0, 0.0, 0.0))
     rotors = {rotor.link for rotor in roles.rotors}
-    # An arm's tool may point anywhere, and an elbow may turn past it: the heading is the body's.
-    carried = set[str]().union(*(tree.subtree(link) for link in links))
-    heading = "root" if links and not carried & rotors else "link"
     named = [link for link in tree.subtree(last, fixed=True) if _TOOL.search(link) and not tree.below(link)]
     if links and len(named) == 1:
         doubts.append(
             Doubt("the tip", f"is taken to be link '{named[0]}', by its name", "say [tip] otherwise")
         )
-        return TipSection(named[0], (0.0, 0.0, 0.0), _RADIUS, heading=heading)
+        return TipSection(named[0], (0.0, 0.0, 0.0), _RADIUS)
     farthest = max(_ends(tree, last, rotors), key=_distance)
     drawn = _distance(farthest) > beyond
     x, y, z = (float(round(part, 4)) for part in farthest[0]) if drawn else assumed.position
     tip = TipSection(last, (x, y, z), farthest[1] or _RADIUS) if drawn else assumed
-    tip = replace(tip, heading=heading)
     why = "taken, the farthest end that is drawn or joined there" if drawn else "assumed"
     value = f"is not said; ({x:g}, {y:g}, {z:g}) m of link '{last}' is {why}"
     doubts.append(Doubt("the tip", value, "say [tip] in a mapping file"))

@@ -15,6 +15,7 @@ from skylimb.control.planning.posture import posture_family, standing
 from skylimb.control.planning.posture_path import PostureConfig, posture_path
 from skylimb.control.planning.vectoring import ONLINE, nominal_posture
 from skylimb.control.planning.vectoring_path import vectoring_path
+from skylimb.robots.flight_check import require_heading
 from skylimb.robots.model import Robot
 
 LONGEST = 600.0
@@ -77,6 +78,7 @@ def posture_plan(config: PostureConfig, robot: Robot, purpose: str = "torque") -
     elif path.duration > 0.0:
         postures = tuple(map(tuple, path.sample(knots[1:]).tolist()))
         vectoring = np.vstack([vectoring_angles, _along(robot, postures, tuple(vectoring_angles.tolist()))])
+    require_heading(robot, path.sample(knots), vectoring, "on the way through posture.waypoints")
     nominal = robot.at(joint_angles, vectoring_angles)
     # Without jumps by a turn: between two knots one would be a turn of the body.
     headings = np.unwrap(

@@ -1,6 +1,6 @@
 """The one-parameter family of postures: reach <-> shape angle theta -> joint angles (eq:joint angles).
 
-Reach r is the distance from the centre of gravity to the tip along the tip link's heading. The vectoring
+Reach r is the distance from the centre of gravity to the tip along the heading. The vectoring
 units shift the centre of gravity by up to 1.5 mm as they turn; r takes their average over a turn, so that it
 depends on theta only. A robot without bending joints has one posture, at its nominal theta, and one reach.
 """

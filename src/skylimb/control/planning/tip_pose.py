@@ -1,7 +1,7 @@
 """Joint angles that put the tip where it is wanted: inverse kinematics of any tree of joints that turn.
 
 The robot flies, so its own place and yaw are free. What the joints decide is where the tip is from the centre
-of gravity, seen with the tip link's heading along x, and how far that link rises. The angles are found by a
+of gravity, seen with the heading along x, and how the tool is turned there. The angles are found by a
 nonlinear program with exact derivatives from CasADi: nearest to a wanted posture, within the joint limits,
 with links apart from each other. What is left over moves in the null space, towards that posture.
 """
@@ -36,19 +36,26 @@ class TipTarget:
     """Where the tip shall be.
 
     Attributes:
-        position: (3,) from the centre of gravity, m: along the tip link's heading, to its left, up.
-        elevation: wanted angle of the tip link's x axis above the horizontal plane, rad; None leaves it free.
+        position: (3,) from the centre of gravity, m: along the heading, to its left, up.
+        elevation: wanted angle of the tool's x axis above the horizontal plane, rad; None leaves it free.
+        orientation: (3, 3) wanted of the tool, in the same axes; None leaves it free.
         clearance: least distance between points of links that are not joined to each other, m.
     """
 
     position: np.ndarray
     elevation: float | None = None
     clearance: float = 0.0
+    orientation: np.ndarray | None = None
 
 
 def tip_position(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> np.ndarray:
     """Where the tip is, as `TipTarget.position` counts: (3,), m."""
     return _geometry(robot)(joint_angles, vectoring_angles)[0].full().ravel()
+
+
+def tip_orientation(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> np.ndarray:
+    """How the tool is turned, as `TipTarget.orientation` counts: (3, 3)."""
+    return _geometry(robot)(joint_angles, vectoring_angles)[1].full()
 
 
 def tip_jacobian(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> np.ndarray:
@@ -88,11 +95,13 @@ def find_posture(
         raise ConfigError(f"near has {near.size} angles; '{robot.name}' has {robot.n_joints} bending joints")
     lower, upper = (np.clip(limit, -math.pi, math.pi) for limit in robot.joint_limits())
     position = np.asarray(target.position, dtype=float)
-    parameters = [*position, math.sin(target.elevation or 0.0), *near, *psi]
-    solver, pairs = _solver(robot, target.elevation is not None, target.clearance > 0.0)
-    held = [0.0] * (4 if target.elevation is not None else 3)
-    bounds = {"lbx": lower, "ubx": upper, "lbg": [*held, *[target.clearance**2] * pairs]}
-    bounds["ubg"] = [*held, *[np.inf] * pairs]
+    wanted = np.eye(3) if target.orientation is None else np.asarray(target.orientation, dtype=float)
+    parameters = [*position, math.sin(target.elevation or 0.0), *wanted.ravel(order="F"), *near, *psi]
+    turned = target.orientation is not None
+    solver, pairs = _solver(robot, target.elevation is not None, turned, target.clearance > 0.0)
+    held = [0.0] * (3 + (target.elevation is not None) + 3 * turned)
+    open_ = [0.0] * 2 * turned + [target.clearance**2] * pairs
+    bounds = {"lbx": lower, "ubx": upper, "lbg": [*held, *open_], "ubg": [*held, *[np.inf] * len(open_)]}
     best: tuple[float, np.ndarray] | None = None
     for start in [np.clip(near, lower, upper), *evenly(lower, upper, _STARTS - 1)]:
         found = search(solver, start, p=parameters, **bounds)
@@ -115,7 +124,7 @@ def _nearest(robot: Robot, target: TipTarget, psi: np.ndarray, lower: np.ndarray
     tip = tip_position(robot, best["x"].full().ravel(), psi)
     away = math.sqrt(max(float(best["f"]), 0.0))
     asked = np.round(np.asarray(target.position, dtype=float), 4).tolist()
-    more = "; its elevation or the clearance forbids it" if away < 1e-3 else ""
+    more = "; its orientation or the clearance forbids it" if away < 1e-3 else ""
     return (
         f"no posture of '{robot.name}' within its joint limits puts the tip at {asked} m from the centre of "
         f"gravity; the nearest tip is {np.round(tip, 4).tolist()} m, {away:.3g} m away{more}"
@@ -124,20 +133,21 @@ def _nearest(robot: Robot, target: TipTarget, psi: np.ndarray, lower: np.ndarray
 
 @functools.lru_cache(maxsize=16)
 def _geometry(robot: Robot) -> ca.Function:
-    """(q, psi) -> tip (3,), sine of its link's elevation, points on the links (3, k), Jacobian of the tip."""
+    """(q, psi) -> tip (3,), the tool's axes (3, 3), points on the links (3, k), Jacobian of the tip."""
     q, psi = ca.SX.sym("q", robot.n_joints), ca.SX.sym("psi", robot.n_vectoring)
     state = robot.model(q, psi)
     d, yaw = state.tip_root - state.cog_root, state.tip_heading
     c, s = ca.cos(yaw), ca.sin(yaw)
     tip = ca.vertcat(c * d[0] + s * d[1], c * d[1] - s * d[0], d[2])
-    pose = robot.link_pose_function(robot.description.tip.link)(q, psi)
+    axes = robot.tool(q, psi)[0][:, 1:]
+    axes = ca.vertcat(c * axes[0, :] + s * axes[1, :], c * axes[1, :] - s * axes[0, :], axes[2, :])
     points = [
         (1.0 - share) * robot.link_pose_function(one)(q, psi)[:, 0]
         + share * (robot.link_pose_function(other)(q, psi)[:, 0] if other else state.tip_root)
         for one, other in _segments(robot)
         for share in _SHARES
     ]
-    return ca.Function("geometry", [q, psi], [tip, pose[2, 1], ca.horzcat(*points), ca.jacobian(tip, q)])
+    return ca.Function("geometry", [q, psi], [tip, axes, ca.horzcat(*points), ca.jacobian(tip, q)])
 
 
 def _segments(robot: Robot) -> list[tuple[str, str]]:
@@ -166,17 +176,24 @@ def _segments(robot: Robot) -> list[tuple[str, str]]:
 
 
 @functools.lru_cache(maxsize=32)
-def _solver(robot: Robot, elevation: bool, apart: bool) -> tuple[ca.Function, int]:
-    """The program, and how many distances it keeps. Parameters: tip, sine of elevation, near, psi."""
+def _solver(robot: Robot, elevation: bool, turned: bool, apart: bool) -> tuple[ca.Function, int]:
+    """The program, and how many distances it keeps.
+
+    Parameters: tip, sine of elevation, the tool's axes column by column, near, psi.
+    """
     nq, nv = robot.n_joints, robot.n_vectoring
-    q, p = ca.SX.sym("q", nq), ca.SX.sym("p", 4 + nq + nv)
-    tip, rise, points, _ = _geometry(robot)(q, p[4 + nq :])
+    q, p = ca.SX.sym("q", nq), ca.SX.sym("p", 13 + nq + nv)
+    tip, axes, points, _ = _geometry(robot)(q, p[13 + nq :])
     rows: list[Any] = [tip - p[:3]]
     if elevation:
-        rows.append(rise - p[3])
+        rows.append(axes[2, 0] - p[3])
+    if turned:
+        # Three products of two axes are zero in four orientations; two more, above zero, leave one of them.
+        seen = ca.reshape(p[4:13], 3, 3).T @ axes
+        rows += [seen[1, 0], seen[2, 0], seen[2, 1], seen[0, 0], seen[1, 1]]
     pairs = _pairs(_segments(robot)) if apart else []
     rows += [ca.sumsqr(points[:, i] - points[:, j]) for i, j in pairs]
-    problem = {"x": q, "p": p, "f": ca.sumsqr(q - p[4 : 4 + nq]), "g": ca.vertcat(*rows)}
+    problem = {"x": q, "p": p, "f": ca.sumsqr(q - p[13 : 13 + nq]), "g": ca.vertcat(*rows)}
     return ipopt(problem, _ITERATIONS), len(pairs)
 
 

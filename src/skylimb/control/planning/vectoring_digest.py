@@ -65,6 +65,10 @@ def _relevant(robot: Robot, criteria: VectoringCriteria) -> Iterator[Any]:
     yield [criteria.thrust_margin, *criteria.span(robot)]
     yield f"leak {criteria.leak!r} sideways {criteria.sideways!r} effort {criteria.effort!r}"
     place = robot.placements[description.tip.link]
-    yield [place.body, *(place.xyz + place.R @ description.tip.position), *place.R[:, 0]]
-    if description.tip.heading != "link":  # as above
+    yield [
+        place.body,
+        *(place.xyz + place.R @ description.tip.position),
+        *(place.R @ description.tip.R)[:, 0],
+    ]
+    if description.tip.heading != "tool":  # as above
         yield description.tip.heading

@@ -202,7 +202,7 @@ def push_limit(
 
     Args:
         robot: any.
-        direction: of the push, (3,), in the level frame whose x axis is the tip link's; of any length.
+        direction: of the push, (3,), in the level frame whose x axis is the heading; of any length.
         joint_angles: q as commanded, rad; by default the nominal posture.
         vectoring_angles: psi, rad; by default those with which a flight gets there.
         tilt: of the measured link from the vertical, the greatest, rad; 0 for level.
