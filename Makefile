@@ -99,8 +99,15 @@ clean:
 	find src tests examples benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # Pin what a fresh environment holds now. Run it after a change of the dependencies, with the tests.
+# The extra `train` brings torch, of gigabytes: what it would install is asked for instead. What is for NVIDIA's
+# cards alone is left out.
 constraints: $(VENV)/dev.stamp $(VENV)/docs.stamp
-	@{ sed -n '/^#/p' constraints.txt; $(BIN)/python -m pip freeze --exclude skylimb; } > constraints.new
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --dry-run --report $(VENV)/train.json '.[train]'
+	@$(BIN)/python -c 'import json, sys; \
+	  print(*("{name}=={version}".format(**one["metadata"]) for one in json.load(sys.stdin)["install"]), sep="\n")' \
+	  < $(VENV)/train.json > $(VENV)/train.txt
+	@{ sed -n '/^#/p' constraints.txt; { $(BIN)/python -m pip freeze --all --exclude skylimb --exclude pip --exclude wheel; \
+	  grep -Ev '^(skylimb|nvidia-|cuda-|triton)' $(VENV)/train.txt; } | LC_ALL=C sort -f -u; } > constraints.new
 	@mv constraints.new constraints.txt
 
 $(BIN)/python:

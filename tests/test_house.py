@@ -293,6 +293,19 @@ def test_every_dependency_is_pinned() -> None:
         assert requirement.startswith("skylimb[") or canonical(requirement) in pinned, requirement
 
 
+def test_renewing_the_pins_asks_for_every_extra() -> None:
+    """What the environment of the tools does not hold is named in the recipe itself."""
+    extras = PROJECT["project"]["optional-dependencies"]
+    held, open_ = set[str](), ["dev", "docs", "report", "video"]
+    while open_:
+        held.add(name := open_.pop())
+        asked = (part for one in extras[name] for part in re.findall(r"^skylimb\[([\w,-]+)\]", one))
+        open_ += [extra for part in asked for extra in part.split(",") if extra not in held]
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    recipe = makefile.partition("\nconstraints:")[2].partition("\n\n")[0]
+    assert {name for name in extras if name not in held} == set(re.findall(r"'\.\[(\w+)\]'", recipe))
+
+
 def test_files_beside_the_code_are_packaged() -> None:
     patterns = PROJECT["tool"]["setuptools"]["package-data"]["skylimb"]
     package = ROOT / "src" / "skylimb"
