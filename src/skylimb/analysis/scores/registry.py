@@ -9,14 +9,25 @@ from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 
 from skylimb.analysis.recording.run import Run
-from skylimb.analysis.scores import area, body, drawn_strokes, faults, force, measures, pen_line, task, touch
+from skylimb.analysis.scores import (
+    area,
+    body,
+    drawn_strokes,
+    estimate,
+    faults,
+    force,
+    measures,
+    pen_line,
+    task,
+    touch,
+)
 from skylimb.analysis.scores.score import Metric, Number, Score, grouped
 from skylimb.analysis.scores.signals import in_phase
 from skylimb.analysis.scores.verdict import DONE
 
 METRICS: tuple[Metric, ...] = tuple(
     found
-    for module in (force, touch, pen_line, drawn_strokes, area, task, body, measures, faults)
+    for module in (force, touch, pen_line, drawn_strokes, area, task, body, measures, faults, estimate)
     for found in vars(module).values()
     if isinstance(found, Metric)
 )

@@ -29,8 +29,7 @@ from typing import Annotated, Any, NamedTuple
 
 from skylimb.base.keys import Key, configuration
 from skylimb.base.rotations import rot_z, rpy_from_rotation
-from skylimb.control.estimation.momentum_observer import ObserverState
-from skylimb.control.estimation.records import BodyState, Estimate, Wrench
+from skylimb.control.estimation.records import BodyState, Estimate, Sensed, Signals, Wrench
 from skylimb.control.estimation.tare import TareState
 from skylimb.robots.posed import RobotState
 from skylimb.symbolic import Array, clip, cross, exp, low_pass, stack, vector, where
@@ -105,23 +104,25 @@ def trimmed(
 
 
 class Learnt(NamedTuple):
-    """What a new scale of the thrusts leaves to be explained otherwise.
+    """What is known of a tick's biases; after a new scale of the thrusts, what it leaves to be explained.
 
     Attributes:
         correction: with the scale, and no bias along the weight.
         tare: the same of the tare.
-        observer: whose estimate has as much less as the known wrench has more.
-        more: by which every known wrench of before is greater, force in W (N) and torque in C (N m), (6,).
+        observer: what holds the law's estimate of the wrench as `force` and `torque`, which have as much less
+            as the known wrench has more.
+        more: by which every known wrench of before is greater, force in W (N) and torque in C (N m), (6,);
+            None where no scale is learnt.
     """
 
     correction: Correction
     tare: TareState
-    observer: ObserverState
-    more: Array
+    observer: Any
+    more: Array | None = None
 
 
 def learn_scale(
-    state: Correction, tare: TareState, observer: ObserverState, body: BodyState, collecting: Any
+    state: Correction, tare: TareState, observer: Any, body: BodyState, collecting: Any
 ) -> Learnt:
     """Take the tare's bias along the weight for a scale, once it is known.
 
@@ -147,6 +148,37 @@ def learn_scale(
         observer._replace(force=observer.force - in_W, torque=observer.torque - torque),
         stack(in_W, torque),
     )
+
+
+def calibrate(
+    gains: Any, known: Learnt, then: Estimate, now: BodyState, pole: Any, sensed: Sensed
+) -> tuple[Learnt, Estimate, Signals]:
+    """A tick of all this, for a law that estimates the wrench and takes a tare of it.
+
+    Args:
+        gains: a `Calibration`.
+        known: the correction of the last tick, tare and observer of this one.
+        then: the law's own estimate, at the time of what is measured.
+        now: the body's state now.
+        pole: of the estimated force along the weight, 1/s.
+        sensed: of this tick.
+
+    Returns:
+        What is known, the estimate with all of it put right, and what is recorded.
+    """
+    dt, collecting = sensed.dt, sensed.reference.tare
+    yaw = rpy_from_rotation(then.body.R_WC)[2]
+    bias = fed_bias(gains, known.correction, yaw)
+    body, arm = calibrated(gains, known.correction, now)
+    correction = follow_bias(gains, known.correction, known.tare, collecting, dt)
+    begun = known.tare.ticks + sensed.reference.touch
+    correction = trimmed(correction, then.raw, then.body.model, begun, pole, dt)
+    scale = known.correction.scale
+    estimate = then._replace(body=body, arm=arm, bias=bias, scale=scale)
+    if not gains.thrust:
+        return known._replace(correction=correction), estimate, {}
+    learnt = learn_scale(correction, known.tare, known.observer, then.body, collecting)
+    return learnt, estimate, {"thrust_scale_estimate": scale}
 
 
 def is_sound(known: Estimate) -> Any:

@@ -19,6 +19,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from skylimb.base.keys import Key, configuration
+from skylimb.control.estimation.kalman import corrected
 from skylimb.symbolic import Array, clip, exp, matrix, vector
 
 
@@ -99,22 +100,13 @@ def follow_surface(
     # A measurement counts as much as the way that it stands for.
     moved = way / (way + REST_SPEED * dt)
     height = vector(1.0, 0.0, 0.0)
-    x, P = _update(
+    x, P = corrected(
         x, P, height, place[0] - x[0], gains.height_noise**2, touching * (fresh + (1.0 - fresh) * moved)
     )
     slope = vector(0.0, across[0], across[1])
     known = (across[0] ** 2 + across[1] ** 2) * touching * moved
-    x, P = _update(x, P, slope, across[2] - (slope[1] * x[1] + slope[2] * x[2]), gains.cross_noise**2, known)
+    x, P = corrected(
+        x, P, slope, across[2] - (slope[1] * x[1] + slope[2] * x[2]), gains.cross_noise**2, known
+    )
     x = vector(x[0], clip(x[1], -STEEPEST, STEEPEST), clip(x[2], -STEEPEST, STEEPEST))
     return SurfaceState(x, P, calm)
-
-
-def _update(x: Array, P: Array, h: Array, innovation: Any, noise: Any, weight: Any) -> tuple[Array, Array]:
-    """A scalar measurement h . x of some noise variance; a weight of 0 to 1 lets it count for less."""
-    Ph = P @ h
-    gain = weight * Ph / (h[0] * Ph[0] + h[1] * Ph[1] + h[2] * Ph[2] + noise)
-    return x + gain * innovation, P - _outer(gain, Ph)
-
-
-def _outer(a: Array, b: Array) -> Array:
-    return matrix([[a[i] * b[j] for j in range(3)] for i in range(3)])

@@ -12,16 +12,7 @@ from dataclasses import field
 from typing import Any, NamedTuple
 
 from skylimb.base.keys import configuration
-from skylimb.base.rotations import rpy_from_rotation
-from skylimb.control.estimation.calibration import (
-    Calibration,
-    Correction,
-    calibrated,
-    fed_bias,
-    follow_bias,
-    learn_scale,
-    trimmed,
-)
+from skylimb.control.estimation.calibration import Calibration, Correction, Learnt, calibrate
 from skylimb.control.estimation.delay import (
     Delay,
     DelayState,
@@ -67,26 +58,16 @@ def require(gains: Gains, dt: float) -> None:
 
 def step(gains: Any, state: State, sensed: Sensed) -> tuple[State, Estimate, Signals]:
     """The estimate of this tick."""
-    dt = sensed.dt
     basic, then, signals = momentum.step(gains, state.momentum, sensed)
-    yaw = rpy_from_rotation(then.body.R_WC)[2]
     # With an IMU the state is that of now.
     now = gains.smoothing.imu
-    body = then.body if now else predict(gains.delay, state.delay, then.body, then.raw, dt)
-    bias = fed_bias(gains.calibration, state.correction, yaw)
-    body, arm = calibrated(gains.calibration, state.correction, body)
-    tare, reference = basic.push.tare, sensed.reference
-    correction = follow_bias(gains.calibration, state.correction, tare, reference.tare, dt)
+    body = then.body if now else predict(gains.delay, state.delay, then.body, then.raw, sensed.dt)
+    known = Learnt(state.correction, basic.push.tare, basic.observer)
     pole = gains.observer.force[2]
-    known = tare.ticks + reference.touch
-    correction = trimmed(correction, then.raw, then.body.model, known, pole, dt)
-    estimate = then._replace(body=body, arm=arm, bias=bias, scale=state.correction.scale)
-    if not gains.calibration.thrust:
-        return State(basic, state.delay, correction), estimate, signals
-    signals = signals | {"thrust_scale_estimate": state.correction.scale}
-    learnt = learn_scale(correction, tare, basic.observer, then.body, reference.tare)
-    basic = basic._replace(observer=learnt.observer, push=basic.push._replace(tare=learnt.tare))
-    return State(basic, shifted(state.delay, learnt.more), learnt.correction), estimate, signals
+    known, estimate, told = calibrate(gains.calibration, known, then, body, pole, sensed)
+    basic = basic._replace(observer=known.observer, push=basic.push._replace(tare=known.tare))
+    delay = state.delay if known.more is None else shifted(state.delay, known.more)
+    return State(basic, delay, known.correction), estimate, signals | told
 
 
 def commanded(gains: Any, state: State, estimate: Estimate, rotors: Wrench, dt: float) -> State:
