@@ -139,6 +139,10 @@ DUST = """<link name="dust"/>
 """
 
 URDF_FAULTS = {
+    "an endless shape": (
+        ('<cylinder radius="0.0125" length="0.58"/>', '<cylinder radius="0.0125" length="1e300"/>'),
+        ["1e+300 m", "below 1 km"],
+    ),
     "negative mass": (
         ('<mass value="0.535052"/>', '<mass value="-0.535052"/>'),
         ["mass of link 'link2' is -0.535052 kg", "must not be negative"],

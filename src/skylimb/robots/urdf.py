@@ -28,6 +28,8 @@ _GREY = (0.6, 0.6, 0.6, 1.0)
 DRAWN = (".stl", ".obj", ".msh")
 """Endings of the meshes that the physics engine draws."""
 _SIZES = {"box": 3, "cylinder": 2, "sphere": 1}
+_LONGEST = 1e3
+"""A shape's length stays below, m."""
 _DUST = 1e-3
 """Mass of a root link that stands for nothing, kg."""
 _log = logging.getLogger(__name__)
@@ -175,10 +177,10 @@ def _shape(element: Any, rgba: tuple[float, float, float, float], what: str, pat
             return None
         scale = 1.0 if geometry.mesh.scale is None else geometry.mesh.scale
         size = tuple(float(factor) for factor in np.broadcast_to(scale, 3))
-    if mesh is None and not (len(size) == _SIZES[shape] and all(length > 0.0 for length in size)):
+    if mesh is None and not (len(size) == _SIZES[shape] and all(0.0 < length < _LONGEST for length in size)):
         lengths = ", ".join(f"{length:g}" for length in size)
         raise DescriptionError(
-            f"{what} in '{path.name}' has a {shape} of {lengths} m; every length must be positive"
+            f"{what} in '{path.name}' has a {shape} of {lengths} m; every length must be positive, below 1 km"
         )
     return Visual(shape, size, xyz, R, rgba, mesh)
 

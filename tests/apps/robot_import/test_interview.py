@@ -45,6 +45,12 @@ def test_answers_are_what_is_imported(urdf: Path) -> None:
     assert {rotor.thrust_max for rotor in description.rotors} == {14.0}
 
 
+def test_a_tip_is_said_with_the_axis_that_points_out(urdf: Path) -> None:
+    report, _ = asked(urdf, tip="tool0 0 0 0.1 z")
+    assert report.flight is not None
+    assert (report.flight.tip.forward, report.flight.tip.heading) == ("z", "root")
+
+
 def test_spins_are_asked_for_where_nothing_says_them(urdf: Path) -> None:
     silent = urdf.with_name("silent.urdf")
     silent.write_text(urdf.read_text().replace("0 0 -1", "0 0 1"))

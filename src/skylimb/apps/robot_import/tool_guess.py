@@ -67,4 +67,4 @@ def _along(tip: TipSection, outward: np.ndarray) -> TipSection:
         return replace(tip, forward="z")
     x, y, z = np.sign(out) * near if near.any() else out
     pitch, yaw = -math.asin(max(-1.0, min(1.0, z))), math.atan2(y, x)
-    return replace(tip, rpy=(0.0, round(pitch, 6), round(yaw, 6)))
+    return replace(tip, rpy=(0.0, round(pitch, 6) + 0.0, round(yaw, 6) + 0.0))
