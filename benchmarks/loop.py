@@ -3,8 +3,9 @@
     make bench          (or: python benchmarks/loop.py --controller pid --repeats 20)
 
 The closed loop has everything on: sensors with noise and latency, observer, laws, allocation, actuators, the
-full record and the watch for a lost flight. The raw replay does nothing but hand recorded controls to MuJoCo.
-Both start from the same state and must end in the same bits. They take turns, and the fastest of each counts:
+full record and the watch for a lost flight. The raw replay does nothing but hand recorded controls, and the
+torques of rotors on their bodies, to MuJoCo. Both start from the same state and must end in the same bits.
+They take turns, and the fastest of each counts:
 what slows a flight down from outside is no property of the loop.
 """
 
@@ -55,11 +56,18 @@ class Bench:
             limits = takeoff.experiment.terminations
             return Loop(driver, takeoff.mission, limits, len(takeoff.times)).fly()
 
-    def replay(self, data: mujoco.MjData, controls: np.ndarray) -> None:
+    def replay(self, data: mujoco.MjData, controls: np.ndarray, forces: np.ndarray) -> None:
         plant = self.takeoff.plant
-        step, model, substeps, ctrl = mujoco.mj_step, plant.model, plant.substeps, data.ctrl
+        step, model, substeps, ctrl, force = (
+            mujoco.mj_step,
+            plant.model,
+            plant.substeps,
+            data.ctrl,
+            data.qfrc_applied,
+        )
         for k in range(len(controls)):
             ctrl[:] = controls[k]
+            force[:] = forces[k]
             step(model, data, substeps)
 
 
@@ -83,18 +91,20 @@ def prepare(experiment: str, controller: str) -> tuple[Bench, dict[str, float]]:
     return Bench(takeoff, tick), took
 
 
-def record_controls(bench: Bench) -> tuple[np.ndarray, np.ndarray]:
-    """The controls of every tick of one flight, and the state it ends in."""
+def record_controls(bench: Bench) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The controls and applied forces of every tick of one flight, and the state it ends in."""
     here = world(bench.takeoff)
-    data, controls = here.data, np.zeros((len(bench.takeoff.rows), bench.takeoff.plant.model.nu))
+    data, model, count = here.data, bench.takeoff.plant.model, len(bench.takeoff.rows)
+    controls, forces = np.zeros((count, model.nu)), np.zeros((count, model.nv))
 
     def watch(k: int) -> None:
         controls[k] = data.ctrl
+        forces[k] = data.qfrc_applied
 
     flight = bench.closed_loop(here, watch)
     if flight.cause:
         raise SystemExit(f"the flight failed: {flight.cause}")
-    return controls[: flight.ticks], np.concatenate([data.qpos, data.qvel])
+    return controls[: flight.ticks], forces[: flight.ticks], np.concatenate([data.qpos, data.qvel])
 
 
 def fastest(repeats: int, *works: Callable[[], float]) -> list[float]:
@@ -184,7 +194,7 @@ class Figures:
 def measure(experiment: str, controller: str, repeats: int) -> tuple[Bench, Figures]:
     """Fly, replay, and time both and the parts."""
     bench, took = prepare(experiment, controller)
-    controls, end = record_controls(bench)
+    controls, forces, end = record_controls(bench)
 
     def closed_loop() -> float:
         here = world(bench.takeoff)
@@ -195,7 +205,7 @@ def measure(experiment: str, controller: str, repeats: int) -> tuple[Bench, Figu
     def replay() -> float:
         data = bench.takeoff.data()
         start = time.perf_counter()
-        bench.replay(data, controls)
+        bench.replay(data, controls, forces)
         elapsed = time.perf_counter() - start
         if not np.array_equal(np.concatenate([data.qpos, data.qvel]), end):
             raise SystemExit("the replay did not end where the flight did: the comparison means nothing")

@@ -114,8 +114,9 @@ def believed(
         astray = max(each) if each.shape[0] else 0.0
         limp = _limp(robot, watch, *(parted(given, robot.n_joints)[0] for given in (each, speeds)))
         # A robot that swings, as frames are older than its model assumes, or that bends where nobody sent it,
-        # looks like one without a rotor.
-        fresh = good * within(measured.capture_age, 0.0, limits.latency + late.late + LATE) * (1.0 - astray)
+        # looks like one without a rotor; so does one whose pose has just come back.
+        timely = within(measured.capture_age, 0.0, limits.latency + late.late + LATE)
+        fresh = good * timely * (1.0 - astray) * over(back, SETTLED)
         found, lost = look(loss, prediction.observer, body, prediction.thrusts, fresh, dt)
         descending = within(watch.mode, DESCEND, CUT)
         # A touch or a lost rotor turns the robot otherwise than it is told to at any latency: in contact the
