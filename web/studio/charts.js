@@ -238,26 +238,34 @@ export class Charts {
   /** The chart with its title and legend, as a picture. */
   #picture({ plot, curves, title }) {
     this.update(); // it may just have come into view
-    const from = plot.ctx.canvas, ratio = devicePixelRatio, line = 18 * ratio;
-    const canvas = element("canvas", { width: from.width, height: from.height + 2 * line });
-    const ctx = canvas.getContext("2d"), style = getComputedStyle(this.holder);
+    const from = plot.ctx.canvas, ratio = devicePixelRatio, line = 18 * ratio, sample = 28 * ratio;
+    const font = `${11 * ratio}px system-ui`, canvas = element("canvas"), ctx = canvas.getContext("2d"), style = getComputedStyle(this.holder);
+    ctx.font = font;
+    const left = 8 * ratio;
+    let at = left, row = 1;
+    const places = curves.map(({ label }) => { // a legend that is too long for a line takes another
+      const width = sample + ctx.measureText(`${label}   `).width;
+      if (at > left && at + width > from.width) { at = left; row++; }
+      at += width;
+      return [at - width, row];
+    });
+    Object.assign(canvas, { width: from.width, height: from.height + (1 + row) * line });
     ctx.fillStyle = style.getPropertyValue("--paper");
     ctx.fillRect(0, 0, canvas.width, canvas.height);
     ctx.font = `600 ${13 * ratio}px system-ui`;
     ctx.fillStyle = style.getPropertyValue("--ink");
-    ctx.fillText(title, 8 * ratio, 14 * ratio);
+    ctx.fillText(title, left, 14 * ratio);
     ctx.drawImage(from, 0, line);
-    ctx.font = `${11 * ratio}px system-ui`;
-    let x = 8 * ratio;
-    for (const { label, stroke, dash = [] } of curves) {
+    ctx.font = font;
+    for (const [i, { label, stroke, dash = [] }] of curves.entries()) {
+      const [x, below] = places[i], y = from.height + (1 + below) * line - 5 * ratio;
       Object.assign(ctx, { fillStyle: stroke, strokeStyle: stroke, lineWidth: 2 * ratio });
       ctx.setLineDash(dash.map((length) => length * ratio));
       ctx.beginPath();
-      ctx.moveTo(x, canvas.height - 9 * ratio);
-      ctx.lineTo(x += 24 * ratio, canvas.height - 9 * ratio);
+      ctx.moveTo(x, y - 4 * ratio);
+      ctx.lineTo(x + sample - 4 * ratio, y - 4 * ratio);
       ctx.stroke();
-      ctx.fillText(label, x += 4 * ratio, canvas.height - 5 * ratio);
-      x += ctx.measureText(`${label}   `).width;
+      ctx.fillText(label, x + sample, y);
     }
     save(canvas.toDataURL("image/png"), `${title}.png`);
   }
