@@ -201,6 +201,14 @@ class Tip(_Fixed):
     heading: Literal["tool", "root"] = "tool"
     R: np.ndarray = field(default_factory=lambda: np.eye(3))
 
+    @property
+    def along(self) -> np.ndarray:
+        """Along a pen or peg and out of the robot, axes of the link, (3,): its stem, or x of the tool."""
+        if self.stem is None:
+            return self.R[:, 0]
+        stem = self.position - self.stem
+        return stem / np.linalg.norm(stem)
+
 
 @dataclass(frozen=True, eq=False)
 class Mount(_Fixed):

@@ -99,7 +99,7 @@ def _add_foot(ball: mujoco.MjsGeom, tip: Tip, tip_geom: str, half_width: float) 
 
 def _add_peg(ball: mujoco.MjsGeom, tip: Tip, peg: Peg) -> None:
     radius, length = peg
-    along = peg_direction(tip)
+    along = tip.along
     end = np.asarray(ball.pos) + (tip.radius - radius) * along
     ball.parent.add_geom(
         name=PEG_GEOM,
@@ -124,11 +124,3 @@ def tune_tool(model: mujoco.MjModel, parameters: ContactParameters, foot: bool =
         )
     for pair in range(model.npair):
         tune_contact_pair(model, parameters, model.pair(pair).name)
-
-
-def peg_direction(tip: Tip) -> np.ndarray:
-    """Along a peg and out of the robot, axes of the tip's link, (3,): along its stem, or x of the tool."""
-    if tip.stem is None:
-        return tip.R[:, 0]
-    along = np.asarray(tip.position) - np.asarray(tip.stem)
-    return along / np.linalg.norm(along)

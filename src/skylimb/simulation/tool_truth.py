@@ -10,7 +10,6 @@ import numpy as np
 from skylimb.base.rotations import rotation_from_quaternion
 from skylimb.control.loop.flight import Flight
 from skylimb.simulation.plant import Plant
-from skylimb.simulation.tool import peg_direction
 
 
 def tool_signals(plant: Plant, flight: Flight, tip_position: np.ndarray) -> dict[str, np.ndarray]:
@@ -32,7 +31,7 @@ def tool_signals(plant: Plant, flight: Flight, tip_position: np.ndarray) -> dict
     tip, surface = plant.robot.description.tip, plant.surface
     if plant.peg is not None:
         radius, _ = plant.peg
-        middle = tip_position + (tip.radius - radius) * _in_world(plant, flight, peg_direction(tip))
+        middle = tip_position + (tip.radius - radius) * _in_world(plant, flight, tip.along)
         found["peg_depth"] = surface.to_local(middle)[:, 0] + radius
     if plant.foot is not None:
         outward = _in_world(plant, flight, tip.R[:, 0])

@@ -1,13 +1,17 @@
 """A load is welded on: the engine's inertia becomes that of a model that was built with it."""
 
+import math
 from types import SimpleNamespace
 from typing import Any
 
 import mujoco
 import numpy as np
 
+from skylimb.base.rotations import rotation_from_rpy
 from skylimb.flight.drivers.hooks import writing
 from skylimb.flight.events import BodyChange, Timeline
+from skylimb.robots.bodies import Placement
+from skylimb.robots.description import Tip
 
 SCENE = """
 <mujoco>
@@ -29,14 +33,23 @@ SCENE = """
 LOAD = '<body pos="{}"><inertial pos="0 0 0" mass="{}" diaginertia="1e-12 1e-12 1e-12"/></body>'
 TIMES = 0.005 * np.arange(20)
 POINT = (0.1, -0.2, 0.05)
+END = np.array([0.4, 0.0, 0.0])
+TIP = Tip("arm", END, 0.01)
+FRAME = rotation_from_rpy(0.3, -math.pi / 2, 0.2)
+"""Axes of a frame at the end of the arm, as the arm sees them."""
 
 
-def changed(*events: BodyChange, tick: int = 10) -> mujoco.MjModel:
+def changed(*events: BodyChange, tick: int = 10, tip: Tip = TIP) -> mujoco.MjModel:
     """The model as some events leave it."""
     model = mujoco.MjModel.from_xml_string(SCENE.format(load=""))
-    tip = SimpleNamespace(link="arm", position=np.array([0.4, 0.0, 0.0]))
     plant: Any = SimpleNamespace(model=model)
-    context: Any = SimpleNamespace(robot=SimpleNamespace(description=SimpleNamespace(tip=tip)), plant=plant)
+    places = {
+        "arm": Placement(1, np.zeros(3), np.eye(3)),
+        "frame": Placement(1, END, FRAME),
+    }
+    bodies = [SimpleNamespace(name="root"), SimpleNamespace(name="arm")]
+    robot = SimpleNamespace(description=SimpleNamespace(tip=tip), placements=places, bodies=bodies)
+    context: Any = SimpleNamespace(robot=robot, plant=plant)
     (write,) = writing(plant, Timeline(model=BodyChange.effect(events, context, TIMES)))
     write(tick)
     return model
@@ -75,3 +88,19 @@ def test_a_pen_that_breaks_leaves_the_tip_nearer() -> None:
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     np.testing.assert_allclose(data.site("tip").xpos, [0.85, 0.0, 1.0])
+
+
+def test_a_tip_on_a_frame_without_mass_is_a_place_of_the_body_that_carries_it() -> None:
+    """The engine has no body for such a frame; a pen breaks along the tool, a load hangs where it is said."""
+    tip = Tip("frame", np.zeros(3), 0.01, R=FRAME.T)  # along x of the arm
+    broken = changed(BodyChange(0.01, pen=0.05), tip=tip)
+    np.testing.assert_allclose(broken.geom("tip").pos, [0.35, 0.0, 0.0], atol=1e-12)
+    x, y, z = END + FRAME @ POINT
+    hung, same = (BodyChange(0.01, link, 0.2, point) for link, point in (("", POINT), ("arm", (x, y, z))))
+    for found, wanted in zip(inertia(changed(hung, tip=tip)), inertia(changed(same)), strict=True):
+        np.testing.assert_allclose(found, wanted, atol=1e-9)
+
+
+def test_a_pen_on_a_mast_breaks_along_the_mast() -> None:
+    broken = changed(BodyChange(0.01, pen=0.05), tip=Tip("arm", np.array([0.4, 0.0, 0.2]), 0.01, stem=END))
+    np.testing.assert_allclose(broken.geom("tip").pos - END, [0.0, 0.0, -0.05], atol=1e-12)

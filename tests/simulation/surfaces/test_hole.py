@@ -11,7 +11,6 @@ from skylimb.flight.flying import fly_here
 from skylimb.flight.takeoff import take_off
 from skylimb.simulation.contact import pair_compliance
 from skylimb.simulation.surfaces import Hole, surface_from_mapping
-from skylimb.simulation.tool import peg_direction
 
 QUICK = {"phases.hover": 0.5, "phases.tare": 1.0, "phases.settle": 3.0, "trajectory.duration": 3.0}
 
@@ -79,9 +78,9 @@ def test_every_driver_flies_the_same_flight(takeoff, flight):
 
 def test_a_peg_stands_along_its_stem():
     tip = take_off("peg", (None,))[0].robot.description.tip
-    np.testing.assert_array_equal(peg_direction(tip), [1.0, 0.0, 0.0])
+    np.testing.assert_array_equal(tip.along, [1.0, 0.0, 0.0])
     stem = dataclasses.replace(tip, stem=np.asarray(tip.position) - np.array([0.0, 0.0, 0.2]))
-    np.testing.assert_allclose(peg_direction(stem), [0.0, 0.0, 1.0])
+    np.testing.assert_allclose(stem.along, [0.0, 0.0, 1.0])
 
 
 def test_description_builds_it_again():

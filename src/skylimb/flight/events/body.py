@@ -16,6 +16,7 @@ from skylimb.base.errors import ConfigError, unknown_name
 from skylimb.base.keys import Key, Vector3, configuration, refused
 from skylimb.base.rotations import quaternion_from_rotation, rotation_from_quaternion
 from skylimb.flight.events.event import Event, EventContext, ModelRows
+from skylimb.robots.model import Robot
 from skylimb.simulation.contact_keys import TIP_GEOM, TIP_SITE
 
 if TYPE_CHECKING:
@@ -35,9 +36,9 @@ class BodyChange(Event):
     point: Annotated[Vector3, Key("m", "where the load is, in the link's axes", low=-10.0, high=10.0)] = (
         0.0, 0.0, 0.0,
     )  # fmt: skip
-    pen: Annotated[float, Key("m", "by which the pen becomes shorter, along its link", low=0.0, high=1.0)] = (
-        0.0
-    )
+    pen: Annotated[
+        float, Key("m", "by which the pen becomes shorter, along its stem or the tool", low=0.0, high=1.0)
+    ] = 0.0
     duration: Annotated[Literal[0], Key("s", "it happens at once")] = field(default=0, kw_only=True)
 
     on: ClassVar[Literal["controller", "plant"]] = "plant"
@@ -67,10 +68,11 @@ class BodyChange(Event):
         if self.pen and context.touches != "ball":
             raise ConfigError(f"{self}: a {context.touches}, plant.{context.touches}, does not break off")
         tip = context.robot.description.tip
-        if self.pen >= np.linalg.norm(tip.position):
-            raise ConfigError(f"{self}: pen = {self.pen:g} m is more than {tip.link} is long")
+        name, xyz, R = _carrier(context.robot, tip.link)
+        if self.pen and self.pen >= np.linalg.norm(xyz + R @ tip.position):
+            raise ConfigError(f"{self}: pen = {self.pen:g} m is more than {name} is long")
         if context.plant is not None:
-            left = context.plant.model.body(self.link or tip.link).mass[0] + self.mass
+            left = context.plant.model.body(self.link or name).mass[0] + self.mass
             if left <= 0.0:
                 raise ConfigError(f"{self}: mass = {self.mass:g} kg leaves {left:g} kg of the link")
 
@@ -79,7 +81,8 @@ class BodyChange(Event):
         """Inertia of each link that changes, masses above it, and the tip's place."""
         assert context.plant is not None
         model, tip = context.plant.model, context.robot.description.tip
-        ids = [model.body(one.link or tip.link).id for one in events]
+        name, xyz, R = _carrier(context.robot, tip.link)
+        ids = [model.body(one.link or name).id for one in events]
         carriers = sorted({above for body in ids for above in _above(model, body)})
         which = sorted(set(ids))
         fields = [(name, body, entries) for body in which for name, entries in _INERTIAL]
@@ -93,12 +96,18 @@ class BodyChange(Event):
             if one.mass:
                 first = _WIDTH * which.index(body)
                 own = slice(first, first + _WIDTH)
-                after[:, own] = _loaded(after[0, own], one.mass, one.point)
+                point = np.array(one.point) if one.link else xyz + R @ one.point
+                after[:, own] = _loaded(after[0, own], one.mass, point)
             for above in _above(model, body):
                 after[:, _WIDTH * len(which) + carriers.index(above)] += one.mass
-            shorter = one.pen * tip.position / np.linalg.norm(tip.position)
-            after[:, -6:] -= np.tile(shorter, 2)
+            after[:, -6:] -= np.tile(one.pen * R @ tip.along, 2)
         return rows
+
+
+def _carrier(robot: Robot, link: str) -> tuple[str, np.ndarray, np.ndarray]:
+    """The body that a link is part of, and the link's place and axes there: the engine knows bodies alone."""
+    place = robot.placements[link]
+    return robot.bodies[place.body].name, place.xyz, place.R
 
 
 def _above(model: mujoco.MjModel, body: int) -> list[int]:
@@ -109,13 +118,13 @@ def _above(model: mujoco.MjModel, body: int) -> list[int]:
     return found
 
 
-def _loaded(numbers: np.ndarray, mass: float, point: Vector3) -> np.ndarray:
+def _loaded(numbers: np.ndarray, mass: float, point: np.ndarray) -> np.ndarray:
     """Mass, centre, axes and inertia of a body (the engine's 11 numbers) with a point mass more."""
     own, centre, axes = numbers[0], numbers[1:4], rotation_from_quaternion(numbers[4:8])
     total = own + mass
-    common = (own * centre + mass * np.array(point)) / total
+    common = (own * centre + mass * point) / total
     inertia = axes @ np.diag(numbers[8:11]) @ axes.T
-    for part, at in ((own, centre), (mass, np.array(point))):
+    for part, at in ((own, centre), (mass, point)):
         away = at - common
         inertia = inertia + part * (away @ away * np.eye(3) - np.outer(away, away))
     moments, axes = np.linalg.eigh(inertia)
