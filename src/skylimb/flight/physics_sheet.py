@@ -15,21 +15,25 @@ import numpy as np
 
 from skylimb.flight.takeoff import Takeoff
 from skylimb.robots.description import RobotDescription
+from skylimb.robots.model import Robot
 from skylimb.robots.reaction import reaction_zeros, slowest_unstable_zero
 from skylimb.simulation.contact import effective_mass
 from skylimb.simulation.contact_keys import PAIR_NAME
 from skylimb.simulation.imu import ImuConfig
+from skylimb.simulation.plant_config import PlantConfig
 from skylimb.simulation.robot_bodies import TIP_SITE
 
 AIR_DENSITY = 1.2
 """kg/m^3."""
 _FRONT = 0.5
 """Drag coefficient times frontal area that no robot that ships exceeds, m^2."""
-_ROTOR_DRAG = 0.5
+ROTOR_DRAG = 0.54
 """Drag of the rotors over mass and speed, 1/s: the largest that was identified on a racing quadrotor
 (Faessler, Franchi and Scaramuzza 2018, 0.54 and 0.39 1/s); blade flapping is in it."""
-_NEAR_WALL = 0.05
-"""Share of its thrust that a rotor beside a wall may gain or lose, its disc's own radius away."""
+WALL_SHARE = 0.16
+"""Share of its thrust that a rotor beside a wall may lose, its disc's own radius away. Measured is 7 % at 1.5
+radii from two walls, near the ground, and less beside one wall ("Thrust variations in small rotors due to corner
+and vertex effects", Aeronautical Journal 2025); the rest is the square of the distance."""
 
 
 class Line(NamedTuple):
@@ -199,17 +203,36 @@ def _missing(takeoff: Takeoff) -> list[Line]:
     at = f"at the mission's greatest speed, {speed:.2g} m/s"
     return [
         Line("not modelled", "air drag of the body", f"at most {air:.2g} N", at),
-        Line(
-            "not modelled",
-            "drag of the rotors, blade flapping",
-            f"at most {_ROTOR_DRAG * robot.mass * speed:.2g} N",
-            at,
-        ),
-        Line(
-            "not modelled",
-            "inflow beside a wall, below a ceiling",
-            f"at most {_NEAR_WALL * robot.weight / robot.n_rotors:.2g} N a rotor",
-            "where its disc is as near as its own radius",
-        ),
+        *_rotors_air(takeoff.experiment.plant, robot, speed),
         Line("not modelled", "play and bending of joints and links", "no bound", "no file says it"),
     ]
+
+
+def _rotors_air(config: PlantConfig, robot: Robot, speed: float) -> list[Line]:
+    """Drag of the rotors and a wall beside them: what acts, or else what they would do."""
+    drag, wall = "drag of the rotors, blade flapping", "inflow beside a wall"
+    share = WALL_SHARE * robot.weight / robot.n_rotors
+    lines = [
+        Line(
+            "not modelled",
+            drag,
+            f"at most {ROTOR_DRAG * robot.mass * speed:.2g} N",
+            f"at the mission's greatest speed, {speed:.2g} m/s; plant.rotor_drag adds it",
+        ),
+        Line(
+            "not modelled",
+            wall,
+            f"at most {share:.2g} N a rotor, along its axis and toward the wall",
+            "where its disc is as near as its own radius; plant.wall_loss and wall_pull add it",
+        ),
+    ]
+    if config.rotor_drag:
+        lines[0] = Line("air", drag, f"{config.rotor_drag:g} 1/s", "over mass and speed in hover")
+    if config.wall_loss or config.wall_pull:
+        lines[1] = Line(
+            "air",
+            wall,
+            f"{config.wall_loss:g} of its thrust lost, {config.wall_pull:g} toward the wall",
+            "a disc's radius away; by the square of the distance",
+        )
+    return lines

@@ -18,6 +18,7 @@ from skylimb.control.missions.mission import Mission
 from skylimb.control.missions.reference import Reference
 from skylimb.robots.description import Inertial, Link, RobotDescription
 from skylimb.robots.model import Robot
+from skylimb.simulation.air import AirNumbers, air_numbers
 from skylimb.simulation.contact import ContactReading, pair_compliance
 from skylimb.simulation.joint_stops import tune_joint_stops
 from skylimb.simulation.plant_config import (
@@ -88,6 +89,7 @@ class Plant:
         foot: half the side of a foot at the tip, m, or None.
         peg: radius and length of a peg at the tip, m, or None.
         turning: whether the rotors have a speed and an inertia.
+        air: what air does to the rotors besides, or None.
     """
 
     robot: Robot
@@ -103,6 +105,7 @@ class Plant:
     foot: float | None = None
     peg: Peg | None = None
     turning: bool = False
+    air: AirNumbers | None = None
 
     @property
     def places(self) -> list[int]:
@@ -166,8 +169,9 @@ def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) 
         joint = model.joint(name).id
         return int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
 
+    flown = robot if true is description else Robot(true)
     return Plant(
-        robot=robot if true is description else Robot(true),
+        robot=flown,
         as_described=true is description,
         surface=surface,
         model=model,
@@ -180,6 +184,7 @@ def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) 
         foot=config.foot,
         peg=config.peg,
         turning=turns,
+        air=air_numbers(flown, surface, config),
     )
 
 

@@ -44,6 +44,30 @@ class PlantConfig:
         float,
         Key("kg m^2", "of each rotor; -1 keeps the description's", low=-1.0, high=0.1),
     ] = -1.0
+    rotor_drag: Annotated[
+        float,
+        Key(
+            "1/s",
+            "drag of the rotors and flapping of their blades: in hover over the robot's mass and speed; 0.2 "
+            "to 0.54 on quadrotors",
+            low=0.0,
+            high=5.0,
+        ),
+    ] = 0.0
+    wall_loss: Annotated[
+        float,
+        Key(
+            "",
+            "share of its thrust that a rotor loses beside the surface's plane, its disc's radius away; "
+            "falls with the distance squared; below 0 it gains",
+            low=-0.5,
+            high=0.5,
+        ),
+    ] = 0.0
+    wall_pull: Annotated[
+        float,
+        Key("", "share of its thrust by which that plane draws it there, likewise", low=-0.5, high=0.5),
+    ] = 0.0
     joint_stop_stiffness: Annotated[
         float | None,
         Key(
@@ -116,6 +140,7 @@ def require_plant(description: RobotDescription, surface: Surface, config: Plant
     physics_steps(config, dt)
     thrust_scales(description, config)
     require_rotors(description, config)
+    require_air(description, surface, config)
     if config.foot is not None:
         require_plain(surface)
     require_hole(surface, config.peg)
@@ -159,6 +184,22 @@ def require_rotors(description: RobotDescription, config: PlantConfig) -> None:
                 f"plant.rotors = 'speed' needs rotors.{lacking[0]}, which {rotor.name} of robot "
                 f"{description.name} does not say; add it to its flight TOML, or fly with "
                 "plant.rotors = 'thrust'"
+            )
+
+
+def require_air(description: RobotDescription, surface: Surface, config: PlantConfig) -> None:
+    """Raise a `ConfigError` where rotors feel a wall that is no still plane, or have no radius."""
+    key = next((key for key in ("wall_loss", "wall_pull") if getattr(config, key)), "")
+    if not key:
+        return
+    if surface.moves or surface.turns:
+        how = "moves" if surface.moves else "turns"
+        raise ConfigError(f"plant.{key} needs a surface that stands still; '{surface.kind}' {how}")
+    for rotor in description.rotors:
+        if rotor.radius is None:
+            raise ConfigError(
+                f"plant.{key} needs rotors.radius, which {rotor.name} of robot {description.name} "
+                "does not say"
             )
 
 

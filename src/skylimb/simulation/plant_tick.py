@@ -9,11 +9,13 @@ import mujoco
 import numpy as np
 
 from skylimb.base.errors import DescriptionError
+from skylimb.base.packing import Layout
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.loop.vehicle import measured_signals
 from skylimb.control.records import Command
 from skylimb.robots.description import RobotDescription
 from skylimb.simulation.actuators import actuate
+from skylimb.simulation.air import air_forces
 from skylimb.simulation.imu import imu_motion
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.rotors import RotorNumbers, momentum_forces, rotor_numbers, rotor_tick
@@ -69,7 +71,7 @@ class Drive(NamedTuple):
 
     Attributes:
         controls: of its actuators, in their order.
-        joint_forces: generalised forces besides: the rotors' change of angular momentum, (nv,).
+        joint_forces: generalised forces besides: the rotors' change of angular momentum, the air's, (nv,).
         signals: of the rotors, for the record.
         rates: of root and joints at this tick, for the next one.
     """
@@ -102,15 +104,22 @@ def drive_plant(
     """
     controls = actuate(description, command, outputs.act, dt)
     forces, n = ca.SX(plant.model.nv, 1), plant.robot.n_rotors
+    if plant.air is not None:
+        air = Layout(plant.air)
+        root, known = ca.vertcat(outputs.qpos[:7], outputs.qvel[:6]), air.unpack(rotors[-air.size :])
+        angles, moving = outputs.qpos[plant.places], outputs.qvel[plant.dofs]
+        forces[[*range(6), *plant.dofs]] = air_forces(
+            plant.robot, known, outputs.act[:n], root, angles, moving
+        )
     if not plant.turning:
         return Drive(controls, forces, {}, ())
-    numbers = RotorNumbers(*ca.vertsplit(rotors, n))
+    numbers = RotorNumbers(*ca.vertsplit(rotors[: len(RotorNumbers._fields) * n], n))
     tick = rotor_tick(numbers, outputs.act[:n], command.thrusts, dt)
     turns = [3, 4, 5, *plant.dofs]
     rates = outputs.qvel[turns]
     # As they will be in the middle of the tick: a torque that is held would else feed a precession.
     middle = 1.5 * rates - 0.5 * before
-    forces[turns] = momentum_forces(plant.robot, numbers, tick, outputs.qpos[plant.places], middle)
+    forces[turns] += momentum_forces(plant.robot, numbers, tick, outputs.qpos[plant.places], middle)
     signals = {"rotor_speeds": tick.speeds, "motor_torques": tick.motor_torques}
     return Drive(ca.vertcat(tick.controls, controls[n:]), forces, signals, rates)
 
@@ -121,8 +130,10 @@ def initial_rates(plant: Plant) -> np.ndarray | tuple[()]:
 
 
 def plant_numbers(plant: Plant, dt: float) -> np.ndarray:
-    """Numbers of the plant that a tick takes as data: those of its rotors where they turn, flat."""
-    return np.concatenate(rotor_numbers(plant.robot.description, dt)) if plant.turning else np.zeros(0)
+    """Numbers of the plant that a tick takes as data: of its rotors where they turn, and of the air, flat."""
+    rotors = rotor_numbers(plant.robot.description, dt) if plant.turning else ()
+    air = () if plant.air is None else (Layout(plant.air).pack(plant.air),)
+    return np.concatenate([*rotors, *air, np.zeros(0)])
 
 
 def check_measured_link(plant: Plant) -> None:
