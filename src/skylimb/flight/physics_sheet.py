@@ -32,8 +32,8 @@ ROTOR_DRAG = 0.54
 (Faessler, Franchi and Scaramuzza 2018, 0.54 and 0.39 1/s); blade flapping is in it."""
 WALL_SHARE = 0.16
 """Share of its thrust that a rotor beside a wall may lose, its disc's own radius away. Measured is 7 % at 1.5
-radii from two walls, near the ground, and less beside one wall ("Thrust variations in small rotors due to corner
-and vertex effects", Aeronautical Journal 2025); the rest is the square of the distance."""
+radii from two walls, near the ground, and less beside one wall ("Thrust variations in small rotors due to
+corner and vertex effects", Aeronautical Journal 2025); the rest is the square of the distance."""
 
 
 class Line(NamedTuple):

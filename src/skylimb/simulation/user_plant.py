@@ -35,7 +35,7 @@ class Drive(NamedTuple):
         friction: dry friction of the joints, N m.
         brake: of the damper that holds a joint that sticks in its dry friction, N m s/rad.
         force: besides (pushes), on the root link at its origin, W, N, (3,).
-        torque: besides (pushes, the rotors' angular momentum), on the root link in its own axes, N m, (3,).
+        torque: besides (pushes, the rotors' angular momentum, the air), on the root link in its own axes, N m, (3,).
         joint_torques: the same on the joints, N m.
     """
 
