@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from law_records import IN_THE_AIR
 from skylimb.base.packing import numeric
 from skylimb.base.rotations import rotation_from_rpy
+from skylimb.base.signal_table import PLACE_TERMS
 from skylimb.control.estimation.records import Start, Wrench
 from skylimb.control.press import EASED, PLAIN, SATURATED, SEARCHING, WAITING
 from skylimb.control.records import ArmTarget, LawInput
@@ -44,8 +45,12 @@ def step(at: LawInput, gains: Any = GAINS, state: Any = None) -> tuple[Any, np.n
     state, force, signals = following.step(numeric(gains), state, at)
     assert list(signals) == [
         "cog_position_target", "contact_force_reference", "contact_force_target", "contact_force_integral",
-        "press_reason",
+        "press_reason", *PLACE_TERMS,
     ]  # fmt: skip
+    # Springs and dampers, and the integral, are of what it commands.
+    along = at.reference.contact_axis
+    told = MASS * signals["integral_acceleration"]
+    np.testing.assert_allclose(told, signals["contact_force_integral"] * along, atol=1e-12)
     return state, force - np.array([0.0, 0.0, MASS * GRAVITY]), signals["cog_position_target"]
 
 
@@ -80,7 +85,7 @@ def test_it_tells_which_force_is_commanded_and_what_it_presses_with(make_inputs:
         at = make_inputs(contact=contact, **{**CALM, "reference": {"tip_position": ARM, "touch": touch}})
         state = following.State(2.0, tank, np.zeros(2), np.zeros(3))
         signals = following.step(numeric(GAINS), state, at)[2]
-        return [float(signals[name]) for name in list(signals)[1:]]
+        return [float(signals[name]) for name in list(signals)[1:5]]
 
     integral = 2.0 + 2.0 * (0.3 - 0.1) * DT
     assert told(eased, 1.0) == pytest.approx([1.0, 0.3, integral, PLAIN])

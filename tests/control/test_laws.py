@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from skylimb.base.errors import SkylimbError
 from skylimb.base.packing import numeric
 from skylimb.base.rotations import rotation_from_rpy
+from skylimb.base.signal_table import PLACE_TERMS, TURN_TERMS
 from skylimb.control.attitude import impedance as attitude
 from skylimb.control.attitude_target import attitude_target
 from skylimb.control.contact import open as open_contact
@@ -53,7 +54,8 @@ def test_impedance_closes_to_its_own_dynamics(
     np.testing.assert_allclose(
         M_d * (moved - acceleration) + C * velocity_error + K * error, force, atol=1e-9
     )
-    assert signals == {}
+    told = MASS * sum(signals[term] for term in PLACE_TERMS) * gains.virtual_mass_ratio
+    np.testing.assert_allclose(told, -C * velocity_error - K * error, atol=1e-9)
 
 
 def test_a_ratio_of_one_feeds_nothing_back(make_inputs: Make) -> None:
@@ -85,7 +87,8 @@ def test_pid_terms_and_limits(make_inputs: Make, make_start: Callable[..., Start
     np.testing.assert_allclose(force, MASS * (gains.derivative * move + ask + G), atol=1e-12)
     _, force, _ = pid.step(gains, pid.State(ask), make_inputs())
     np.testing.assert_allclose(force, MASS * (ask + G), atol=1e-12)
-    assert signals == {}
+    told = gains.proportional * ask, gains.integral * ask * DT, np.zeros(3)
+    np.testing.assert_allclose([signals[term] for term in PLACE_TERMS], told, atol=1e-12)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -153,7 +156,7 @@ def test_attitude_closes_to_its_own_dynamics(make_inputs: Make, model: RobotStat
     )
     expected = np.linalg.solve(inertia, torque / gains.virtual_inertia_ratio) - spring
     np.testing.assert_allclose(acceleration, expected, atol=1e-9)
-    assert signals == {}
+    np.testing.assert_allclose(sum(signals[term] for term in TURN_TERMS), -spring, atol=1e-12)
 
 
 # ---- shape ----

@@ -18,7 +18,7 @@ from skylimb.apps.ros.pilot import Pilot
 from skylimb.apps.ros.states import FlightState, Order
 from skylimb.apps.ros.tick import Inputs, Received, Tick
 from skylimb.control.estimation.records import Measurement
-from skylimb.flight.flying import fastest
+from skylimb.flight.realtime.clocked_flight import compiled
 from skylimb.flight.realtime.compiled_controller import CompiledController
 from skylimb.flight.realtime.pacer import stepped
 from skylimb.flight.takeoff import Takeoff, take_off
@@ -27,8 +27,7 @@ from skylimb.flight.takeoff import Takeoff, take_off
 @functools.cache
 def ready(controller: str) -> tuple[Takeoff, CompiledController]:
     (takeoff,) = take_off("paper", (controller,), set=CIRCLE)
-    chosen: Any = takeoff.controller
-    return takeoff, CompiledController(chosen, takeoff.period, fastest)
+    return takeoff, compiled(takeoff, tells=True)
 
 
 class Steered:

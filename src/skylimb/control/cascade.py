@@ -43,6 +43,7 @@ from skylimb.control.preset_keys import preset_tables
 from skylimb.control.python_laws import OpenLaw
 from skylimb.control.records import NOTHING, Command, Demand, LawInput
 from skylimb.control.slots import SLOTS, LiveGains, Slots, traced_functions
+from skylimb.control.terms import without_terms
 from skylimb.robots.model import Robot
 
 
@@ -56,6 +57,7 @@ class Cascade:
         family: reach and joint angles of the one-parameter posture.
         vectoring: vectoring angles over the posture.
         corrections: what a calibration found; `robot` is then the robot that it believes in.
+        tells: whether its signals have what its laws add up (`skylimb.control.terms`).
     """
 
     robot: Robot
@@ -63,6 +65,7 @@ class Cascade:
     family: ReachFamily
     vectoring: VectoringTable
     corrections: Corrections | None = None
+    tells: bool = False
 
     def step(
         self,
@@ -154,7 +157,7 @@ class Cascade:
         signals_of_laws = of_estimation, of_contact, of_shape, of_translation, of_attitude, of_allocation
         for slot, recorded in zip(SLOTS, signals_of_laws, strict=True):
             monitor.recorded(slot, recorded, signals)
-            signals |= recorded
+            signals |= recorded if self.tells else without_terms(recorded)
         new = Slots(estimation, contact, shape, translation, attitude, allocation)
         command = given.command if self.corrections is None else for_rotors(self.corrections, given.command)
         return new, command, signals
@@ -279,6 +282,7 @@ class Cascade:
         family, table = self.family, self.vectoring
         return (
             type(self),
+            self.tells,
             self.robot,
             self.corrections and (self.corrections.attitude_misalignment, self.corrections.rotor_scale),
             functions,

@@ -46,7 +46,7 @@ def symmetric(diagonal: Any, coupling: Any) -> Array:
     return matrix([[aa, au, av], [au, uu, uv], [av, uv, vv]])
 
 
-def impedance(gains: Any, ratio: str, error: Array, rate: Array, felt: Array) -> tuple[Array, Array]:
+def impedance(gains: Any, ratio: str, error: Array, rate: Array, felt: Array) -> tuple[Array, Array, Array]:
     """What an impedance with matrices in the task frame makes of error and felt push, (3,) each.
 
     Args:
@@ -57,13 +57,13 @@ def impedance(gains: Any, ratio: str, error: Array, rate: Array, felt: Array) ->
         felt: estimated force (N) or torque (N m), in the axes of the task.
 
     Returns:
-        (L^-1 - E) felt, N or N m, and K error + D rate, an acceleration.
+        (L^-1 - E) felt, N or N m, and the accelerations K error and D rate.
     """
     L, K, D = (
         symmetric(getattr(gains, name), getattr(gains, f"{name}_coupling"))
         for name in (ratio, "stiffness", "damping")
     )
-    return right_inverse(L) @ felt - felt, K @ error + D @ rate
+    return right_inverse(L) @ felt - felt, K @ error, D @ rate
 
 
 def require_definite(gains: Any, *names: str) -> None:

@@ -17,6 +17,7 @@ from skylimb.analysis.exchange.messages import Desire, FourAxes, Imu, Nav, Pwms
 from skylimb.analysis.exchange.ros2_topics import VIEWS, OwnNames, spoken
 from skylimb.analysis.exchange.ros2_types import Ros2Types
 from skylimb.base.rotations import rotation_from_quaternion
+from skylimb.base.signal_table import PLACE_TERMS, TURN_TERMS
 from skylimb.robots.loader import load_robot
 
 ROBOT = load_robot("hydrus_xi_quad")
@@ -106,6 +107,25 @@ def test_plain_values_come_back(topic: Topic, value: Any) -> None:
     assert TYPES.read(on_ros2.type, TYPES.write(on_ros2.type, value, 7)) == value
 
 
+def test_what_the_laws_add_up_is_told_along_every_axis() -> None:
+    told = {name: np.array([1.0, 2.0, 3.0]) * place for place, name in enumerate(PLACE_TERMS, 1)}
+    told |= {name: np.array([0.5, -0.5, 4.0]) * place for place, name in enumerate(TURN_TERMS, 1)}
+    tick = replace(view(), signals=told)
+    terms = made("debug/pose/pid", tick)
+    assert [[*one] for one in (terms.y.p_term, terms.y.i_term, terms.y.d_term)] == [[2.0], [4.0], [6.0]]
+    assert [[*one] for one in (terms.yaw.p_term, terms.yaw.d_term, terms.yaw.total)] == [
+        [4.0],
+        [12.0],
+        [24.0],
+    ]
+    assert tick.body is not None
+    assert terms.z.err_p == pytest.approx(-tick.body.cog[2])
+    # Roll and pitch are about the axes of the lab's link, which has another yaw than C.
+    roll, pitch = terms.roll.p_term[0], terms.pitch.p_term[0]
+    assert np.hypot(roll, pitch) == pytest.approx(np.hypot(0.5, 0.5), rel=1e-6)
+    assert not len(made("debug/pose/pid", view()).x.p_term)
+
+
 def test_an_imu_comes_back_in_the_plain_order() -> None:
     tick, topic = view(), spoken(topics.IMU)
     assert topic is not None
@@ -130,7 +150,7 @@ def test_a_twist_steers_in_the_axes_that_it_names(frame: str, own: int) -> None:
 
 
 def test_whatever_has_no_type_on_ros_2_is_not_spoken() -> None:
-    assert spoken(topics.PID) is None
+    assert spoken(topics.RPY_PID) is None
     assert spoken(topics.TARGET_POSE) is topics.TARGET_POSE
     named = [topic for topic in vars(topics).values() if isinstance(topic, Topic)]
     kinds = {one.type for topic in named if (one := spoken(topic)) is not None}

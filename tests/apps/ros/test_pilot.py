@@ -185,6 +185,26 @@ def test_the_yaw_error_is_that_of_the_labs_link() -> None:
     assert np.abs([[one["roll.err_p"], one["pitch.err_p"]] for one in seen[-100:]]).max() < 0.05
 
 
+@pytest.mark.parametrize("preset", ["pid", "hybrid", "following"])
+def test_the_terms_of_every_axis_are_what_its_law_adds_up(preset: str) -> None:
+    robot = Steered(preset)
+    robot.hover()
+    names = Names(robot.robot)
+    for _ in range(300):
+        told = pose_errors(robot.tick().view(0.0, names, None))
+        assert told is not None
+        for axis in ("x", "y", "z", "roll", "pitch", "yaw"):
+            terms = [told[f"{axis}.{term}_term"] for term in "pid"]
+            assert all(len(term) == 1 for term in terms)
+            total, lift = told[f"{axis}.total"][0], robot.robot.description.gravity if axis == "z" else 0.0
+            # What a law adds up is what it commands, but for what it feeds back and forward.
+            assert total == pytest.approx(sum(term[0] for term in terms) + lift, abs=0.25)
+        if preset != "following":  # which smooths what it sees, and holds the pen
+            away, pull = (np.array([told[f"{axis}.{one}"] for axis in "xyz"]) for one in ("err_p", "p_term"))
+            clear = np.abs(away) > 5e-3
+            np.testing.assert_array_equal(np.sign(away[clear]), np.sign(pull[clear, 0]))
+
+
 @pytest.mark.parametrize(
     ("preset", "scale", "within"), [("hybrid", 0.8, 0.015), ("following", 1.25, 0.025), ("pid", 0.92, 0.015)]
 )

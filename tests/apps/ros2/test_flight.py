@@ -21,6 +21,7 @@ TYPES = {
     "/skylimb/cmd_vel": "geometry_msgs/msg/TwistStamped",
     "/skylimb/estimated_external_wrench": "geometry_msgs/msg/WrenchStamped",
     "/skylimb/rotor_thrusts": "skylimb_msgs/msg/RotorThrusts",
+    "/skylimb/debug/pose/pid": "skylimb_msgs/msg/PoseTerms",
     "/skylimb/robot_description": "std_msgs/msg/String",
     "/tf": "tf2_msgs/msg/TFMessage",
     "/tf_static": "tf2_msgs/msg/TFMessage",

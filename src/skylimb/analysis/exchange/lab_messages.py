@@ -26,6 +26,7 @@ from skylimb.base.rotations import (
     rpy_from_rotation,
     wrapped,
 )
+from skylimb.base.signal_table import PLACE_TERMS, TURN_TERMS
 from skylimb.robots.model import Robot
 
 Fields = dict[str, Any]
@@ -236,9 +237,9 @@ def mounts(tick: TickView) -> Fields | None:
 
 @_of_body
 def pose_errors(tick: TickView, body: Body) -> Fields | None:
-    """Targets and errors of position and attitude, and the wanted acceleration, gravity's share with it.
+    """Targets, errors and terms of position and attitude; of position the wanted acceleration in all, too.
 
-    The yaw is that of the lab's link. Terms stay empty: what a law adds up is its own.
+    The yaw is that of the lab's link. Terms are what a law says that it adds up, empty where it says none.
     """
     if tick.target is None:
         return None
@@ -252,6 +253,7 @@ def pose_errors(tick: TickView, body: Body) -> Fields | None:
         )
         if "force_command" in tick.signals:
             found[f"{axis}.total"] = (float(tick.signals["force_command"][i]) / tick.names.mass,)
+        found |= _terms(tick, PLACE_TERMS, axis, i, np.eye(3))
     # Roll and pitch are those of the lab's axes: level like C, with the yaw of its link.
     turn, wanted = np.asarray(rot_z(body.yaw_in_C)), tick.signals.get("attitude_target", np.zeros(3))
     aimed = floats(rpy_from_rotation(np.asarray(rotation_from_rpy(*floats(wanted))) @ turn))
@@ -259,8 +261,20 @@ def pose_errors(tick: TickView, body: Body) -> Fields | None:
     for i, axis in enumerate(("roll", "pitch")):
         found[f"{axis}.target_p"], found[f"{axis}.err_p"] = aimed[i], aimed[i] - tilted[i]
         found[f"{axis}.err_d"] = -rates[i]
+    for i, axis in enumerate(("roll", "pitch", "yaw")):
+        found |= _terms(tick, TURN_TERMS, axis, i, turn.T)
+        if f"{axis}.p_term" in found:
+            found[f"{axis}.total"] = (sum(found[f"{axis}.{term}_term"][0] for term in "pid"),)
     off = float(wrapped(yaw - body.yaw))
     return {**found, "yaw.target_p": yaw, "yaw.err_p": off, "yaw.err_d": -rates[2]}
+
+
+def _terms(tick: TickView, names: tuple[str, ...], axis: str, i: int, R: np.ndarray) -> Fields:
+    """One row of what a law adds up, seen in the axes of `R`."""
+    if names[0] not in tick.signals:
+        return {}
+    values = (float(R[i] @ np.asarray(tick.signals[name])) for name in names)
+    return {f"{axis}.{term}_term": (value,) for term, value in zip("pid", values, strict=True)}
 
 
 def wrench(force: str, torque: str) -> Callable[[TickView], Fields | None]:

@@ -111,6 +111,7 @@ _OTHERWISE = (
     replace(topics.PWMS, type="skylimb_msgs/msg/MotorDuties", called="motor_duties"),
     replace(topics.DESIRE, type="skylimb_msgs/msg/ControlledAxes", called="controlled_axes"),
     replace(topics.BATTERY, type="sensor_msgs/msg/BatteryState", called="battery_state"),
+    replace(topics.PID, type="skylimb_msgs/msg/PoseTerms"),
     replace(topics.NAV, type="geometry_msgs/msg/TwistStamped", called="cmd_vel"),
     replace(topics.COG, make=made.in_its_axes(made.cog_odometry), called="cog/odom"),
     replace(topics.BASELINK, make=made.in_its_axes(made.baselink_odometry), called="odom"),

@@ -14,6 +14,11 @@ SKYLIMB_MSGS = {
     "builtin_interfaces/Time stamp\nuint16[] duties\n",
     "ControlledAxes": "# Axes that are controlled, seen from the flight controller, rad\n"
     "float64 roll\nfloat64 pitch\nfloat64 yaw\n",
+    "Terms": "# What a law adds up along an axis, m/s^2 or rad/s^2, and what it adds it up of\n"
+    "float32[] total\nfloat32[] p_term\nfloat32[] i_term\nfloat32[] d_term\n"
+    "float32 target_p\nfloat32 err_p\nfloat32 target_d\nfloat32 err_d\n",
+    "PoseTerms": "# Of the centre of gravity along the axes of world, and of roll, pitch and yaw\n"
+    "std_msgs/Header header\nTerms x\nTerms y\nTerms z\nTerms roll\nTerms pitch\nTerms yaw\n",
     "Arming": "# What a flight controller is commanded, and acknowledges\n"
     "uint8 ON=0\nuint8 OFF=1\nuint8 FORCE_LANDING=2\nuint8 command\n",
 }

@@ -154,7 +154,7 @@ def run(
         desk = desk_of(plan.robot, rim.described_mass(namespace), calibration, told)
         flyer = Flyer(
             plan,
-            compiled(plan),
+            compiled(plan, tells=True),
             flown,
             link,
             pacer,

@@ -15,9 +15,11 @@ from typing import Annotated, Any
 
 from skylimb.base.keys import Key, Vector3, configuration
 from skylimb.base.rotations import rotation_error
+from skylimb.base.signal_table import TURN_TERMS
 from skylimb.control.attitude import impedance
 from skylimb.control.estimation.records import Signals
 from skylimb.control.records import LawInput, no_memory
+from skylimb.control.terms import turn_terms
 from skylimb.symbolic import Array, clip, cross, vector
 
 REQUIRES = (
@@ -81,16 +83,23 @@ def step(gains: Any, state: tuple[()], inputs: LawInput, R_target: Array) -> tup
         for i in range(3)
     ]
     off = vector(*(gains.contact_share[i] * expected[i] + share[i] * beyond[i] for i in range(3)))
-    return state, torque - off - _firmer(gains, inputs, R_target), signals
+    spring, damper, rests = _firmer(gains, inputs, R_target)
+    firmer = inputs.estimate.body.model.inertia_C @ ((spring + damper) * rests)
+    proportional, _, derivative = (signals[name] for name in TURN_TERMS)
+    own = turn_terms(proportional - spring * rests, derivative - damper * rests)
+    return state, torque - off - firmer, {**signals, **own}
 
 
-def _firmer(gains: Any, inputs: LawInput, R_target: Array) -> Array:
-    """What slow paths add to spring and damper, C, N m, (3,)."""
+def _firmer(gains: Any, inputs: LawInput, R_target: Array) -> tuple[Array, Array, Any]:
+    """What a path that rests adds to spring and damper, C, rad/s^2, (3,) each, and how much it rests."""
     body, contact = inputs.estimate.body, inputs.contact
     rests = contact.engaged * (1.0 - clip(contact.own_speed / gains.slow_speed, 0.0, 1.0))
     damping = 2.0 * gains.damping_ratio * gains.normalized_stiffness**0.5
     spring = gains.normalized_stiffness * rotation_error(body.R_WC, R_target)
     damper = damping * body.angular_velocity
     stiffer, damped = gains.slow_stiffness, gains.slow_damping
-    more = vector(*((stiffer[i] - 1.0) * spring[i] + (damped[i] - 1.0) * damper[i] for i in range(3)))
-    return body.model.inertia_C @ (more * rests)
+    return (
+        vector(*((stiffer[i] - 1.0) * spring[i] for i in range(3))),
+        vector(*((damped[i] - 1.0) * damper[i] for i in range(3))),
+        rests,
+    )

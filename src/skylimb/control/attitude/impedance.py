@@ -8,6 +8,7 @@ from skylimb.base.keys import Key, Vector3, configuration
 from skylimb.base.rotations import rotation_error
 from skylimb.control.estimation.records import Signals
 from skylimb.control.records import LawInput, no_memory
+from skylimb.control.terms import turn_terms
 from skylimb.symbolic import Array, cross
 
 REQUIRES = ("estimate.body", "estimate.wrench")
@@ -39,6 +40,8 @@ def step(gains: Any, state: tuple[()], inputs: LawInput, R_target: Array) -> tup
     body = inputs.estimate.body
     inertia, omega = body.model.inertia_C, body.angular_velocity
     damping = 2.0 * gains.damping_ratio * gains.normalized_stiffness**0.5
-    spring = damping * omega + gains.normalized_stiffness * rotation_error(body.R_WC, R_target)
+    damper = damping * omega
+    spring = gains.normalized_stiffness * rotation_error(body.R_WC, R_target)
     feedback = (1.0 / gains.virtual_inertia_ratio - 1.0) * inputs.estimate.wrench.torque
-    return state, feedback - inertia @ spring + cross(omega, inertia @ omega), {}
+    torque = feedback - inertia @ (damper + spring) + cross(omega, inertia @ omega)
+    return state, torque, turn_terms(-spring, -damper)

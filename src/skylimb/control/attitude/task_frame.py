@@ -16,6 +16,7 @@ from skylimb.base.rotations import rotation_error, rotation_from_vector
 from skylimb.control.estimation.records import Signals
 from skylimb.control.records import LawInput, no_memory
 from skylimb.control.task_frame import COUPLING, impedance, require_definite, task_axes
+from skylimb.control.terms import turn_terms
 from skylimb.symbolic import Array, cross
 
 REQUIRES = ("estimate.body", "estimate.wrench", "contact.tip")
@@ -62,6 +63,6 @@ def step(gains: Any, state: tuple[()], inputs: LawInput, R_target: Array) -> tup
     error = R_TC @ rotation_error(body.R_WC, R_target)
     error_rate = R_TC @ (omega - body.R_WC.T @ tip.rotation_rate)
     felt = R_TC @ inputs.estimate.wrench.torque
-    feedback, spring = impedance(gains, "inertia_ratio", error, error_rate, felt)
-    torque = R_TC.T @ feedback - inertia @ (R_TC.T @ spring) + cross(omega, inertia @ omega)
-    return state, torque, {}
+    feedback, spring, damper = impedance(gains, "inertia_ratio", error, error_rate, felt)
+    torque = R_TC.T @ feedback - inertia @ (R_TC.T @ (spring + damper)) + cross(omega, inertia @ omega)
+    return state, torque, turn_terms(-(R_TC.T @ spring), -(R_TC.T @ damper))

@@ -35,6 +35,7 @@ from skylimb.control.needs import Needs
 from skylimb.control.press import PLAIN, SATURATED, WAITING, wanted_force
 from skylimb.control.records import NOTHING, LawInput
 from skylimb.control.rubbing import Cancel, CancelCutoff, CancelLimit, Feed, expected_across, made_up, upright
+from skylimb.control.terms import place_terms
 from skylimb.control.windup import unless_short
 from skylimb.symbolic import Array, clip, cross, dot, low_pass, where
 
@@ -198,24 +199,35 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
     swing = cross(body.R_WC @ body.angular_velocity, estimate.arm)
     swing = low_pass(state.swing, swing, 2.0 * math.pi * gains.swing_cutoff, dt)
     counted = 1.0 - clip(contact.speed / gains.swing_speed, 0.0, 1.0)
-    total = m * body.model.gravity
+    total, proportional, derivative = m * body.model.gravity, np.zeros(3), np.zeros(3)
     for axis, i in ((u, 1), (v, 2)):
         limit = _error_limit(gains, axis, i, body.model.gravity)
         error = clip(dot(axis, body.position - target), -limit, limit)
         error_rate = dot(axis, body.velocity + gains.swing[i - 1] * counted * swing - reference.tip_velocity)
-        wanted = dot(axis, reference.tip_acceleration) - damping[i] * error_rate - gains.stiffness[i] * error
+        damper, spring = damping[i] * error_rate, gains.stiffness[i] * error
+        wanted = dot(axis, reference.tip_acceleration) - damper - spring
         total = total + axis * (m * wanted - known[i - 1])
+        proportional, derivative = proportional - axis * spring, derivative - axis * damper
 
     speed = dot(a, body.velocity)
     tip = dot(a, body.position + estimate.arm)
-    led = m * (
-        -damping[0] * (speed - contact.axis_velocity) - gains.stiffness[0] * (tip - contact.axis_position)
-    )
-    push, integral, tank, pressing = _press(gains, state, inputs, speed)
+    damper = -damping[0] * (speed - contact.axis_velocity)
+    spring = gains.stiffness[0] * (tip - contact.axis_position)
+    led = m * (damper - spring)
+    # The body follows what the surface does less what the arm makes up.
+    relative = speed - (contact.surface_velocity - inputs.arm.rate)
+    held = m * gains.press_damping * (1.0 + BRAKE * _gone(inputs)) * relative
+    push, integral, tank, pressing = _press(gains, state, inputs, relative, held)
     anchored = -m * gains.press_stiffness * (dot(a, body.position) - contact.anchor)
     pressed = push + anchored
-    total = total + a * where(contact.engaged > 0.5, pressed, led)
-    signals = {"cog_position_target": target, **pressing}
+    engaged = contact.engaged > 0.5
+    total = total + a * where(engaged, pressed, led)
+    terms = place_terms(
+        proportional + a * where(engaged, anchored / m, -spring),
+        derivative + a * where(engaged, -held / m, damper),
+        a * (pressing["contact_force_integral"] / m),
+    )
+    signals = {"cog_position_target": target, **pressing, **terms}
     return State(integral, tank, rubbing, swing), total, signals
 
 
@@ -236,14 +248,20 @@ def _error_limit(gains: Any, axis: Array, i: int, gravity: Array) -> Any:
     return gains.error_limit + upright(axis, gravity) * most
 
 
-def _press(gains: Any, state: State, inputs: LawInput, speed: Any) -> tuple[Any, Any, Any, Signals]:
-    """Force along the axis besides the anchor's spring, N, the new integral and tank, and signals of it."""
-    contact, m, dt = inputs.contact, inputs.estimate.body.model.mass, inputs.dt
-    engaged = contact.engaged
-    # The body follows what the surface does less what the arm makes up.
-    relative = speed - (contact.surface_velocity - inputs.arm.rate)
-    gone = 0.0 if contact.gone is None else contact.gone
-    damper = m * gains.press_damping * (1.0 + BRAKE * gone) * relative
+def _gone(inputs: LawInput) -> Any:
+    """How sure it is that the surface has gone, 0 to 1."""
+    return 0.0 if inputs.contact.gone is None else inputs.contact.gone
+
+
+def _press(
+    gains: Any, state: State, inputs: LawInput, relative: Any, damper: Any
+) -> tuple[Any, Any, Any, Signals]:
+    """Force along the axis besides the anchor's spring, N, the new integral and tank, and signals of it.
+
+    `relative` is the speed toward the surface, m/s, and `damper` what holds it back, N.
+    """
+    contact, dt = inputs.contact, inputs.dt
+    engaged, gone = contact.engaged, _gone(inputs)
     commanded = wanted_force(inputs.reference.force, gains.force)
     wanted = commanded * contact.ease * (1.0 - gone)
     missing = wanted - contact.normal_force

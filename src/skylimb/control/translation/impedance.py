@@ -7,6 +7,7 @@ from typing import Annotated, Any
 from skylimb.base.keys import Key, Vector3, configuration
 from skylimb.control.estimation.records import Signals
 from skylimb.control.records import LawInput, no_memory
+from skylimb.control.terms import place_terms
 from skylimb.symbolic import Array
 
 REQUIRES = ("estimate.body", "estimate.wrench")
@@ -38,6 +39,6 @@ def step(gains: Any, state: tuple[()], inputs: LawInput) -> tuple[tuple[()], Arr
     velocity_error = body.velocity - reference.velocity
     damping = 2.0 * gains.damping_ratio * gains.normalized_stiffness**0.5
     feedback = (1.0 / gains.virtual_mass_ratio - 1.0) * inputs.estimate.wrench.force
-    spring = damping * velocity_error + gains.normalized_stiffness * error
-    force = feedback + mass * (reference.acceleration - spring + body.model.gravity)
-    return state, force, {}
+    damper, spring = damping * velocity_error, gains.normalized_stiffness * error
+    force = feedback + mass * (reference.acceleration - (damper + spring) + body.model.gravity)
+    return state, force, place_terms(-spring, -damper)

@@ -9,6 +9,7 @@ import numpy as np
 from skylimb.base.keys import Key, Vector3, configuration
 from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.records import NOTHING, LawInput
+from skylimb.control.terms import place_terms
 from skylimb.control.windup import unless_short
 from skylimb.symbolic import Array, clip
 
@@ -63,4 +64,4 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
     derivative = clip(gains.derivative * velocity_error, -gains.derivative_limit, gains.derivative_limit)
     acceleration = clip(proportional + integral + derivative, -gains.sum_limit, gains.sum_limit)
     force = body.model.mass * (acceleration + reference.acceleration + body.model.gravity)
-    return State(integral), force, {}
+    return State(integral), force, place_terms(proportional, derivative, integral)

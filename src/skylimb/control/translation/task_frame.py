@@ -16,6 +16,7 @@ from skylimb.base.keys import Key, Vector3, configuration
 from skylimb.control.estimation.records import Signals
 from skylimb.control.records import LawInput, no_memory
 from skylimb.control.task_frame import COUPLING, impedance, require_definite, task_axes
+from skylimb.control.terms import place_terms
 from skylimb.symbolic import Array, cross
 
 REQUIRES = ("estimate.body", "estimate.arm", "estimate.wrench", "contact.tip")
@@ -60,9 +61,13 @@ def step(gains: Any, state: tuple[()], inputs: LawInput) -> tuple[tuple[()], Arr
     target_velocity = reference.tip_velocity + tip.velocity - cross(tip.rotation_rate, arm)
     error, error_rate = R_WT.T @ (body.position - target), R_WT.T @ (body.velocity - target_velocity)
     felt = R_WT.T @ estimate.wrench.force
-    feedback, spring = impedance(gains, "mass_ratio", error, error_rate, felt)
+    feedback, spring, damper = impedance(gains, "mass_ratio", error, error_rate, felt)
     m = body.model.mass
     # The centre of gravity goes around the tip where the target turns.
     acceleration = reference.tip_acceleration - cross(tip.rotation_rate, cross(tip.rotation_rate, arm))
-    force = R_WT @ (feedback - m * spring) + m * (body.model.gravity + acceleration)
-    return state, force, {"cog_position_target": target}
+    force = R_WT @ (feedback - m * (spring + damper)) + m * (body.model.gravity + acceleration)
+    return (
+        state,
+        force,
+        {"cog_position_target": target, **place_terms(-(R_WT @ spring), -(R_WT @ damper))},
+    )

@@ -6,10 +6,11 @@ import gc
 import itertools
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from skylimb.analysis.recording.run import Run
+from skylimb.control.cascade import Cascade
 from skylimb.control.controller import is_traceable
 from skylimb.control.loop.flight import Flight
 from skylimb.control.loop.loop import Progress
@@ -37,9 +38,16 @@ class ClockedFlight:
     faults: Mapping[str, int]
 
 
-def compiled(plan: FlightPlan) -> Any:
-    """The controller of a plan, compiled where it can be."""
+def compiled(plan: FlightPlan, tells: bool = False) -> Any:
+    """The controller of a plan, compiled where it can be.
+
+    Args:
+        plan: of the flight.
+        tells: whether a cascade's signals are to have what its laws add up.
+    """
     controller = plan.controller
+    if tells and isinstance(controller, Cascade):
+        controller = replace(controller, tells=True)
     return CompiledController(controller, plan.period, fastest) if is_traceable(controller) else controller
 
 
