@@ -22,6 +22,7 @@ from .flight.experiments.listing import list_experiments as list_experiments
 from .flight.public import begin as begin
 from .flight.public import compare as compare
 from .flight.public import run as run
+from .flight.realtime.udp_plant import UdpPlant as UdpPlant
 from .flight.replay.replay import replay as replay
 from .robots.loader import list_robots as list_robots
 from .robots.loader import load_robot as load_robot

@@ -23,11 +23,14 @@ class SpringContact:
         radius: of the tip's ball, m.
         tip_mass: that the damping ratio is meant for, kg.
         step: of the physics, s.
+
+    Attributes:
+        damping: normal, N s/m.
     """
 
     def __init__(self, surface: Surface, radius: float, tip_mass: float, step: float) -> None:
         self._surface, self._radius, self._step = surface, radius, step
-        self._damping = surface.contact.normal_damping(tip_mass)
+        self.damping = surface.contact.normal_damping(tip_mass)
         self._bent = np.zeros(3)
 
     def __call__(self, tip: np.ndarray, velocity: np.ndarray, time: float) -> tuple[np.ndarray, np.ndarray]:
@@ -42,7 +45,7 @@ class SpringContact:
         normal = surface.normal(tip[None], now)[0]
         gap = float(surface.signed_distance(tip[None], now)[0]) - self._radius
         slip = velocity - surface.velocity(time)
-        pressed = -stiffness * gap - self._damping * float(slip @ normal)
+        pressed = -stiffness * gap - self.damping * float(slip @ normal)
         if gap >= 0.0 or pressed <= 0.0:
             self._bent = np.zeros(3)
             return np.zeros(3), tip
@@ -52,7 +55,7 @@ class SpringContact:
         bristle = _STIFFER * stiffness
         bent = self._bent - (self._bent @ normal) * normal + self._step * slip
         self._bent = _within(bent, cone / bristle)
-        friction = _within(-bristle * self._bent - self._damping * slip, cone)
+        friction = _within(-bristle * self._bent - self.damping * slip, cone)
         return pressed * normal + friction, point
 
 
