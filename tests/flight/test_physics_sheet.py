@@ -19,7 +19,16 @@ def test_the_papers_board() -> None:
     assert found["damping ratio that acts"] == "0.369 free, 0.228 held"
     assert found["rotors"] == "50 ms"
     assert found["joint2"] == "-1.57 .. 1.57 rad"
-    assert found["drag of the rotors, blade flapping"] == "at most 0.28 N"
+    assert found["drag of the rotors, blade flapping"] == "at most 0.3 N"
+
+
+def test_air_that_acts_on_the_rotors_is_no_longer_missing() -> None:
+    given = {"plant.rotor_drag": 0.2, "plant.wall_pull": 0.1}
+    (takeoff,) = take_off("paper", ("hybrid",), set=given)
+    found = {line.what: line for line in physics_sheet(takeoff)}
+    drag, wall = found["drag of the rotors, blade flapping"], found["inflow beside a wall"]
+    assert (drag.group, drag.value) == ("air", "0.2 1/s")
+    assert (wall.group, wall.value) == ("air", "0 of its thrust lost, 0.1 toward the wall")
 
 
 def test_the_mass_is_that_which_a_push_meets() -> None:
