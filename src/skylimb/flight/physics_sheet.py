@@ -194,18 +194,19 @@ def _stops(takeoff: Takeoff) -> list[Line]:
 
 
 def _missing(takeoff: Takeoff) -> list[Line]:
-    """What is not modelled, each with a bound on the force that it would have."""
+    """What air does where it is asked for; what is not modelled, each with a bound on the force that it has."""
     robot = takeoff.plant.robot
     # Not of the reference velocity: an experiment may send positions alone.
     steps = np.linalg.norm(np.diff(takeoff.mission.reference.position, axis=0), axis=1)
     speed = float(steps.max(initial=0.0)) / takeoff.period
     air = 0.5 * AIR_DENSITY * _FRONT * speed**2
     at = f"at the mission's greatest speed, {speed:.2g} m/s"
-    return [
+    lines = [
         Line("not modelled", "air drag of the body", f"at most {air:.2g} N", at),
         *_rotors_air(takeoff.experiment.plant, robot, speed),
         Line("not modelled", "play and bending of joints and links", "no bound", "no file says it"),
     ]
+    return sorted(lines, key=lambda line: line.group)  # what is there comes first
 
 
 def _rotors_air(config: PlantConfig, robot: Robot, speed: float) -> list[Line]:
