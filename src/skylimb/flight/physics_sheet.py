@@ -194,7 +194,7 @@ def _stops(takeoff: Takeoff) -> list[Line]:
 
 
 def _missing(takeoff: Takeoff) -> list[Line]:
-    """What air does where it is asked for; what is not modelled, each with a bound on the force that it has."""
+    """What air does where it is asked for, and what is not modelled, each with a bound on its force."""
     robot = takeoff.plant.robot
     # Not of the reference velocity: an experiment may send positions alone.
     steps = np.linalg.norm(np.diff(takeoff.mission.reference.position, axis=0), axis=1)
