@@ -34,6 +34,9 @@ WALL_SHARE = 0.16
 """Share of its thrust that a rotor beside a wall may lose, its disc's own radius away. Measured is 7 % at 1.5
 radii from two walls, near the ground, and less beside one wall ("Thrust variations in small rotors due to
 corner and vertex effects", Aeronautical Journal 2025); the rest is the square of the distance."""
+_DRAG_MOVES = "which moves the paper's flights by 33 mm and 0.26 N at most (rms)"
+_WALL_MOVES = "which move the paper's flights by 120 mm and 1 N at most (rms)"
+"""Of 20 draws with each of the paper's controllers (benchmarks/air.py)."""
 
 
 class Line(NamedTuple):
@@ -218,13 +221,14 @@ def _rotors_air(config: PlantConfig, robot: Robot, speed: float) -> list[Line]:
             "not modelled",
             drag,
             f"at most {ROTOR_DRAG * robot.mass * speed:.2g} N",
-            f"at the mission's greatest speed, {speed:.2g} m/s; plant.rotor_drag adds it",
+            f"at the mission's greatest speed, {speed:.2g} m/s; plant.rotor_drag adds it, {_DRAG_MOVES}",
         ),
         Line(
             "not modelled",
             wall,
             f"at most {share:.2g} N a rotor, along its axis and toward the wall",
-            "where its disc is as near as its own radius; plant.wall_loss and wall_pull add it",
+            "where its disc is as near as its own radius; plant.wall_loss and wall_pull add it, "
+            + _WALL_MOVES,
         ),
     ]
     if config.rotor_drag:
