@@ -34,8 +34,8 @@ class Drive(NamedTuple):
         torque_limits: of the servos, N m.
         friction: dry friction of the joints, N m.
         brake: of the damper that holds a joint that sticks in its dry friction, N m s/rad.
-        force: besides (pushes), on the root link at its origin, W, N, (3,).
-        torque: besides (pushes, the rotors' angular momentum, the air), on the root link in its own axes, N m, (3,).
+        force: besides (pushes, the air), on the root link at its origin, W, N, (3,).
+        torque: besides (these, the rotors' angular momentum), on the root link in its own axes, N m, (3,).
         joint_torques: the same on the joints, N m.
     """
 
