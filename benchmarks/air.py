@@ -146,7 +146,7 @@ def table(rows: Sequence[Mapping[str, Any]]) -> str:
             if not home:
                 continue
             shown = [
-                f"{np.median([row[key] for row in home]):.3g} / {max(row[key] for row in home):.3g}"
+                f"{short(np.median([row[key] for row in home]))} / {short(max(row[key] for row in home))}"
                 for key in ("cog", "pen", "force")
             ]
             for name, scale in (("line", 1e3), ("std", 1.0)):
@@ -154,12 +154,17 @@ def table(rows: Sequence[Mapping[str, Any]]) -> str:
                     scale * float(np.median([row[f"{name} {which}"] for row in home]))
                     for which in ("still", "moved")
                 ]
-                shown.append(f"{both[0]:.3g} → {both[1]:.3g}")
+                shown.append(" → ".join(map(short, both)))
             lost = [sum(bool(row[f"lost {which}"]) for row in own) for which in ("still", "moved")]
             lines.append(
                 f"| `{preset}` | {air} | {lost[0]} → {lost[1]} of {len(own)} | {' | '.join(shown)} |"
             )
     return "\n".join(lines)
+
+
+def short(value: Any) -> str:
+    """Three digits, none of them behind a point where it is large."""
+    return f"{value:.0f}" if value >= 100.0 else f"{value:.3g}"
 
 
 def main() -> None:
