@@ -46,7 +46,7 @@ DOUBTFUL_SHARE = 0.5
 """Of what can be held against slope and drag: up to here the force leaves enough over."""
 
 REFUSED_SHARE = 0.6
-"""Of the same: beyond this flights are lost."""
+"""Of the same: beyond this hardly any flight keeps its force, and other gains have lost the robot."""
 
 Direction = tuple[float, ...]
 """In the level frame whose x axis is the heading, (3,)."""

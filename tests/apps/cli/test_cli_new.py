@@ -1,6 +1,7 @@
 """What `skylimb new` writes flies as it is, and what it refuses leaves nothing behind."""
 
 import runpy
+import sys
 from pathlib import Path
 
 import pytest
@@ -25,6 +26,7 @@ def test_it_flies_as_it_is(
     kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    sys.modules.pop("my_own", None)  # of the kind before
     assert main(["new", kind, "my_own"]) == 0
     told = capsys.readouterr().out
     for path in tmp_path.iterdir():
