@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from skylimb.apps.robot_import.doubts import Doubt, together, without_name
+from skylimb.apps.robot_import.doubts import Doubt, together
+from skylimb.apps.robot_import.findings import collision_doubts, faults, flight_doubts, inertia_doubts
 from skylimb.apps.robot_import.mapping import read_mapping
 from skylimb.apps.robot_import.mechanics import Actuation, actuation
 from skylimb.apps.robot_import.meshes import settle_meshes
@@ -23,28 +24,19 @@ from skylimb.apps.robot_import.tree import UrdfTree
 from skylimb.apps.robot_import.urdf_text import read_urdf_text
 from skylimb.base.errors import SkylimbError
 from skylimb.base.sources import Source
-from skylimb.control.planning.posture import posture_family
-from skylimb.robots.description import Inertial, RobotDescription
+from skylimb.robots.description import RobotDescription
 from skylimb.robots.flight_check import (
     bounded,
-    check_few_rotors,
     check_moving_bodies,
-    check_robot,
-    least_norm_hover,
 )
 from skylimb.robots.flight_file import FlightFile, PostureSection
 from skylimb.robots.loader import FLIGHT_FILE, describe, list_robots, read_description
 from skylimb.robots.model import Robot
 from skylimb.robots.urdf import read_urdf
-from skylimb.robots.validation import check_description, check_inertial
+from skylimb.robots.validation import check_description
 
 _MASS = 1e-9
 """Mass that an import may gain or lose, kg."""
-_STEADY = 0.1
-_LIFT = 1.5
-_CONDITION = 100.0
-_TILT = 0.3
-"""Where hover margin, thrust over weight, condition and hover tilt (rad) raise a doubt."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,7 +176,7 @@ def _with_posture(
 
 
 def _report(path: Path, description: RobotDescription, mass_in: float, doubts: list[Doubt]) -> RobotReport:
-    found = [*doubts, *_inertias(description)]
+    found = [*doubts, *inertia_doubts(description)]
     if any(rotor.radius is None for rotor in description.rotors):
         unknown = "is neither said nor drawn, so a disc that touches a surface is not seen"
         found.append(Doubt("radius of the rotors", unknown, "say radius in a mapping file"))
@@ -194,114 +186,22 @@ def _report(path: Path, description: RobotDescription, mass_in: float, doubts: l
             Doubt("mass", f"{mass_in:.6f} kg went in and {mass:.6f} kg came out", "report this", fatal=True)
         )
     if not any(doubt.fatal for doubt in found):
-        found += _faults(lambda: check_description(description), "the description")
+        found += faults(lambda: check_description(description), "the description")
     acting: Actuation | None = None
     collisions: SelfCollision | None = None
     if not any(doubt.fatal for doubt in found):
         robot = Robot(description)
-        found += _faults(lambda: check_moving_bodies(robot), "a moving body")
+        found += faults(lambda: check_moving_bodies(robot), "a moving body")
         robot = bounded(robot)
         acting = actuation(robot)
-        found += _flight_doubts(robot, acting)
+        found += flight_doubts(robot, acting)
         try:
             collisions = find_self_collisions(description)
         except SkylimbError as error:
             found.append(Doubt("the simulation", str(error), "look at meshes and inertias", fatal=True))
         else:
-            found += _collision_doubts(collisions, mass)
+            found += collision_doubts(collisions, mass)
     return RobotReport(path, description, mass_in, acting, collisions, together(found))
-
-
-def _inertias(description: RobotDescription) -> Iterator[Doubt]:
-    for link in description.links:
-        yield from _faults(
-            lambda inertial=link.inertial, name=link.name: check_inertial(name, inertial),
-            f"inertia of link '{link.name}'",
-            "take it from CAD again (axes, and signs of ixy, ixz, iyz), or --mend for the nearest possible",
-        )
-        gyration = _gyration(link.inertial)
-        if gyration is not None and not 1e-3 < gyration < 1.0 and link.inertial.mass > 1e-3:
-            yield Doubt(
-                f"inertia of link '{link.name}'",
-                f"puts its {link.inertial.mass:g} kg at {gyration:.2g} m from its centre",
-                "is a unit or a radius wrong?",
-            )
-
-
-def _gyration(inertial: Inertial) -> float | None:
-    if not inertial.mass > 0.0 or not np.isfinite(inertial.inertia).all():
-        return None
-    largest = float(np.linalg.eigvalsh(inertial.inertia)[-1])
-    return float(np.sqrt(largest / inertial.mass)) if largest > 0.0 else None
-
-
-def _faults(
-    check: Callable[[], object], what: str, remedy: str = "correct it in the files"
-) -> Iterator[Doubt]:
-    try:
-        check()
-    except SkylimbError as error:
-        text = without_name(error) if what.endswith("'") else str(error)
-        yield Doubt(what, text, remedy, fatal=True)
-
-
-def _flight_doubts(robot: Robot, acting: Actuation) -> Iterator[Doubt]:
-    yield from _faults(
-        lambda: check_few_rotors(robot), "the rotors", "a control law that moves them, or more rotors"
-    )
-    if robot.n_rotors >= 4:
-        yield from _faults(
-            lambda: check_robot(robot), "hover", "look at rotor frames, spins, masses and the nominal posture"
-        )
-        yield from _faults(lambda: posture_family(robot), "the postures", "say [posture] in a mapping file")
-    if acting.thrust_to_weight < _LIFT:
-        yield Doubt(
-            "thrust over weight",
-            f"is {acting.thrust_to_weight:.2f}",
-            f"{_LIFT:g} or more; lighten it, or stronger rotors",
-        )
-    if acting.hover and acting.hover.room < _STEADY:
-        yield Doubt(
-            "hover margin",
-            f"a rotor is within {acting.hover.room:.0%} of its range of a limit",
-            f"another nominal posture, or stronger rotors; {_STEADY:.0%} is advised",
-        )
-    if acting.hover and acting.hover.tilt > _TILT:
-        yield Doubt(
-            "hover",
-            f"the root link tilts by {acting.hover.tilt:.2f} rad",
-            "a nominal posture that hovers level",
-        )
-    if acting.hover and robot.n_rotors > 4 and not least_norm_hover(robot, acting.hover):
-        yield Doubt(
-            "hover",
-            "needs other thrusts than the least-norm ones, of which control laws make their frame",
-            "a nominal posture with its centre of gravity nearer to the rotors' middle",
-        )
-    if not acting.touch:
-        yield Doubt("the tip", f"cannot touch: {acting.touch}", "a tip that is foremost in some direction")
-    if np.isfinite(acting.condition) and acting.condition > _CONDITION:
-        yield Doubt(
-            "condition of the allocation",
-            f"is {acting.condition:.0f}",
-            f"a posture with better levers; {_CONDITION:g} or less is advised",
-        )
-
-
-def _collision_doubts(found: SelfCollision, mass: float) -> Iterator[Doubt]:
-    if abs(found.mass - mass) > 1e-6:
-        yield Doubt(
-            "mass in the physics",
-            f"is {found.mass:.6f} kg, not {mass:.6f} kg",
-            "give every moving link an <inertial>",
-            fatal=True,
-        )
-    for one, other, theta in found.family[:5]:
-        yield Doubt(
-            f"links '{one}' and '{other}'",
-            f"touch in the family of postures, first at theta = {theta:.3g} rad",
-            "narrow posture.theta_min .. theta_max, or correct the <collision> shapes",
-        )
 
 
 def flight_tables(flight: FlightFile) -> dict[str, Any]:

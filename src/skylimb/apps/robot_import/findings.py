@@ -1,0 +1,119 @@
+"""What raises a doubt about a described robot: inertias, flight, links that touch."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from skylimb.apps.robot_import.doubts import Doubt, without_name
+from skylimb.apps.robot_import.mechanics import Actuation
+from skylimb.apps.robot_import.self_collision import SelfCollision
+from skylimb.base.errors import SkylimbError
+from skylimb.control.planning.posture import posture_family
+from skylimb.robots.description import Inertial, RobotDescription
+from skylimb.robots.flight_check import check_few_rotors, check_robot, least_norm_hover
+from skylimb.robots.model import Robot
+from skylimb.robots.validation import check_inertial
+
+_STEADY = 0.1
+_LIFT = 1.5
+_CONDITION = 100.0
+_TILT = 0.3
+"""Where hover margin, thrust over weight, condition and hover tilt (rad) raise a doubt."""
+
+
+def inertia_doubts(description: RobotDescription) -> Iterator[Doubt]:
+    """What is wrong with the links' inertias, or strange about them."""
+    for link in description.links:
+        yield from faults(
+            lambda inertial=link.inertial, name=link.name: check_inertial(name, inertial),
+            f"inertia of link '{link.name}'",
+            "take it from CAD again (axes, and signs of ixy, ixz, iyz), or --mend for the nearest possible",
+        )
+        gyration = _gyration(link.inertial)
+        if gyration is not None and not 1e-3 < gyration < 1.0 and link.inertial.mass > 1e-3:
+            yield Doubt(
+                f"inertia of link '{link.name}'",
+                f"puts its {link.inertial.mass:g} kg at {gyration:.2g} m from its centre",
+                "is a unit or a radius wrong?",
+            )
+
+
+def _gyration(inertial: Inertial) -> float | None:
+    if not inertial.mass > 0.0 or not np.isfinite(inertial.inertia).all():
+        return None
+    largest = float(np.linalg.eigvalsh(inertial.inertia)[-1])
+    return float(np.sqrt(largest / inertial.mass)) if largest > 0.0 else None
+
+
+def faults(
+    check: Callable[[], object], what: str, remedy: str = "correct it in the files"
+) -> Iterator[Doubt]:
+    """A fatal doubt where a check refuses."""
+    try:
+        check()
+    except SkylimbError as error:
+        text = without_name(error) if what.endswith("'") else str(error)
+        yield Doubt(what, text, remedy, fatal=True)
+
+
+def flight_doubts(robot: Robot, acting: Actuation) -> Iterator[Doubt]:
+    """What keeps a robot from flying, or from flying well."""
+    yield from faults(
+        lambda: check_few_rotors(robot), "the rotors", "a control law that moves them, or more rotors"
+    )
+    if robot.n_rotors >= 4:
+        yield from faults(
+            lambda: check_robot(robot), "hover", "look at rotor frames, spins, masses and the nominal posture"
+        )
+        yield from faults(lambda: posture_family(robot), "the postures", "say [posture] in a mapping file")
+    if acting.thrust_to_weight < _LIFT:
+        yield Doubt(
+            "thrust over weight",
+            f"is {acting.thrust_to_weight:.2f}",
+            f"{_LIFT:g} or more; lighten it, or stronger rotors",
+        )
+    if acting.hover and acting.hover.room < _STEADY:
+        yield Doubt(
+            "hover margin",
+            f"a rotor is within {acting.hover.room:.0%} of its range of a limit",
+            f"another nominal posture, or stronger rotors; {_STEADY:.0%} is advised",
+        )
+    if acting.hover and acting.hover.tilt > _TILT:
+        yield Doubt(
+            "hover",
+            f"the root link tilts by {acting.hover.tilt:.2f} rad",
+            "a nominal posture that hovers level",
+        )
+    if acting.hover and robot.n_rotors > 4 and not least_norm_hover(robot, acting.hover):
+        yield Doubt(
+            "hover",
+            "needs other thrusts than the least-norm ones, of which control laws make their frame",
+            "a nominal posture with its centre of gravity nearer to the rotors' middle",
+        )
+    if not acting.touch:
+        yield Doubt("the tip", f"cannot touch: {acting.touch}", "a tip that is foremost in some direction")
+    if np.isfinite(acting.condition) and acting.condition > _CONDITION:
+        yield Doubt(
+            "condition of the allocation",
+            f"is {acting.condition:.0f}",
+            f"a posture with better levers; {_CONDITION:g} or less is advised",
+        )
+
+
+def collision_doubts(found: SelfCollision, mass: float) -> Iterator[Doubt]:
+    """What the simulation says: of the mass, kg, and of links that touch."""
+    if abs(found.mass - mass) > 1e-6:
+        yield Doubt(
+            "mass in the physics",
+            f"is {found.mass:.6f} kg, not {mass:.6f} kg",
+            "give every moving link an <inertial>",
+            fatal=True,
+        )
+    for one, other, theta in found.family[:5]:
+        yield Doubt(
+            f"links '{one}' and '{other}'",
+            f"touch in the family of postures, first at theta = {theta:.3g} rad",
+            "narrow posture.theta_min .. theta_max, or correct the <collision> shapes",
+        )
