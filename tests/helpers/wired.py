@@ -1,4 +1,4 @@
-"""Our controller and a simulated robot over the lab's topics, without ROS, on a clock of their own."""
+"""Our controller and a simulated robot over the topics between them, on a clock of their own."""
 
 from __future__ import annotations
 
@@ -16,12 +16,15 @@ from skylimb.apps.ros.flyer import Flyer
 from skylimb.apps.ros.lab_config import read_lab_config
 from skylimb.apps.ros.limits import FlightLimits
 from skylimb.apps.ros.messages import Arrived, Outgoing
+from skylimb.apps.ros.profile import LAB as LAB_DIALECT
+from skylimb.apps.ros.profile import Dialect
 from skylimb.apps.ros.simulated import Simulated
 from skylimb.apps.ros.states import FlightState
 from skylimb.flight.realtime.pacer import stepped
 from skylimb.flight.takeoff import take_off
 from steered import ready
 
+_COMMANDS = {topic.name for topic in topics.ACTUATORS}
 SOON = FlightLimits(settled_time=0.2)
 """Hover soon, as most tests begin there."""
 
@@ -31,15 +34,20 @@ LAB = Path(__file__).parents[1] / "apps" / "ros" / "lab"
 class Wire:
     """Controller and simulator in step; what one says the other hears at the next tick."""
 
-    def __init__(self, files: tuple[str, ...] = ("motor_info.yaml",), limits: FlightLimits = SOON) -> None:
+    def __init__(
+        self,
+        files: tuple[str, ...] = ("motor_info.yaml",),
+        limits: FlightLimits = SOON,
+        dialect: Dialect = LAB_DIALECT,
+    ) -> None:
         takeoff, controller = ready("hybrid")
         config = read_lab_config([LAB / name for name in files], takeoff.robot)
         (inner,) = take_off("paper", ("hybrid",), set={**CIRCLE, "controller_rate": 1000.0})
         link = lab_link(takeoff.robot)
         self.pacer = pacer = stepped(takeoff.period)
-        self.robot = Simulated(inner, link, pacer, servos=config.servos)
+        self.robot = Simulated(inner, link, pacer, servos=config.servos, dialect=dialect)
         missions = {"paper": takeoff.mission}
-        flyer = Flyer(takeoff, controller, missions, link, pacer, limits=limits)
+        flyer = Flyer(takeoff, controller, missions, link, pacer, limits=limits, dialect=dialect)
         self._made = lambda: Controlled(flyer, config)
         self.pilot = self._made()
         self.spoil: Callable[[Outgoing], Outgoing | None] = lambda one: one
@@ -54,25 +62,26 @@ class Wire:
         self.pacer.wait(self.k)
         now = self.pacer.time()
 
-        def heard(messages: deque[Outgoing], sender: str) -> list[Arrived]:
-            found = [Arrived(topic.name, value, sender, now) for topic, value in messages]
-            messages.clear()
-            return found
-
         self.up = deque(kept for one in self.up if (kept := self.spoil(one)) is not None)
-        up = [] if self.silent else heard(self.up, "/spinal")
+        up = [] if self.silent else self.heard(self.up, "/spinal", now)
         came = [*up, *(Arrived(order, None, "/client", now) for order in orders)]
         came += [one._replace(at=now) for one in self.asked]
         self.asked.clear()
-        told = [one for one in self.pilot.tick(came, now) if one.topic in topics.ACTUATORS]
+        told = [one for one in self.pilot.tick(came, now) if one.topic.name in _COMMANDS]
         self.down += [kept for one in told if (kept := self.spoil_down(one)) is not None]
         self.names.update(one.topic.name for one in self.down)
-        self.up += self.robot.tick(heard(self.down, "/skylimb"), now)
+        self.up += self.robot.tick(self.heard(self.down, "/skylimb", now), now)
         self.names.update(one.topic.name for one in self.up)
         self.where.append(self.robot.plant.truth().position.copy())
         self.k += 1
         assert self.pilot.last is not None
         self.said += self.pilot.last.said
+
+    def heard(self, messages: deque[Outgoing], sender: str, now: float) -> list[Arrived]:
+        """What was said, as it arrives at the other side."""
+        found = [Arrived(topic.name, value, sender, now) for topic, value in messages]
+        messages.clear()
+        return found
 
     def ask(self, request: Arrived) -> None:
         """A user's request, for the next tick."""
