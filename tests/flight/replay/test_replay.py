@@ -11,6 +11,7 @@ import pytest
 
 import skylimb
 from skylimb.analysis.report.controller_replay import differences, differences_table, only_in
+from skylimb.analysis.scores.registry import SCORES, measured
 from skylimb.apps.cli.main import main
 from skylimb.base.errors import ConfigError, UnknownNameError
 from skylimb.control.corrections import Corrections
@@ -181,6 +182,22 @@ def test_a_log_without_a_pose_is_refused(flown: skylimb.Run) -> None:
         skylimb.replay(dataclasses.replace(back, log=back.log.isel(time=[0, 2, 1])))
     with pytest.raises(UnknownNameError, match="hybrid"):
         skylimb.replay(flown, "hybird")
+
+
+def test_the_command_holds_an_estimate_against_the_truth_where_that_is_known(
+    flown: skylimb.Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    flown.save(tmp_path / "log.nc")
+    other = ["--set", "controller.estimation.law=kalman"]
+    assert main(["replay", str(tmp_path / "log.nc"), *other, "--out", str(tmp_path / "kalman")]) == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert "Held against the true force" in out
+    found = measured(skylimb.replay(flown, set={"controller.estimation.law": "kalman"}), ["estimate"])
+    assert SCORES["estimate_noise"].printed(found["estimate_noise"]) in out
+    untold = dataclasses.replace(flown, log=flown.log.drop_vars("contact_force"))
+    untold.save(tmp_path / "real.nc")
+    assert main(["replay", str(tmp_path / "real.nc"), *other, "--out", str(tmp_path / "real")]) == 0
+    assert "true force" not in capsys.readouterr().out
 
 
 def test_the_command_leaves_a_folder(

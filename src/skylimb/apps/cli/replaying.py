@@ -80,3 +80,18 @@ def _show(recorded: Run, replayed: Run) -> None:
     ):
         if names:
             print(f"{words}: {', '.join(names)}")
+    _show_truth(recorded, replayed)
+
+
+def _show_truth(recorded: Run, replayed: Run) -> None:
+    """What either estimate of the force is worth, where the log says what really pushed."""
+    from skylimb.analysis.scores.registry import SCORES, measured
+
+    before, after = (measured(run, ["estimate"]) for run in (recorded, replayed))
+    known = [key for key in before if (before[key], after[key]) != (None, None)]
+    rows = [
+        (SCORES[key].titled(), *(SCORES[key].printed(found[key]) for found in (before, after)))
+        for key in known
+    ]
+    if rows:
+        output.show_table(rows, "Held against the true force", "Recorded", "Replayed")
