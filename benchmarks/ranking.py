@@ -14,8 +14,9 @@ from __future__ import annotations
 import argparse
 import json
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -88,11 +89,15 @@ def flown(place: str, draws: int, out: Path) -> list[dict[str, Any]]:
     return rows
 
 
-def cost(name: str) -> float:
-    """What a tick of a flight costs, us: closed loop, physics and all, on one thread."""
-    (takeoff,) = take_off(
-        "paper", (name,), 0, {"supervisor.on": False, "phases.hover": 0.5, "phases.tare": 1.0}
-    )
+def cost(name: str, more: Mapping[str, Any] = MappingProxyType({})) -> float:
+    """What a tick of a flight costs, us: closed loop, physics and all, on one thread.
+
+    Args:
+        name: of the controller.
+        more: what else is different from the paper's experiment.
+    """
+    short = {"supervisor.on": False, "phases.hover": 0.5, "phases.tare": 1.0}
+    (takeoff,) = take_off("paper", (name,), 0, {**short, **more})
     compile_native(takeoff.tick.function)
     times = []
     for _ in range(3):
