@@ -14,6 +14,7 @@ import pytest
 from skylimb.analysis.exchange import lab_topics as topics
 from skylimb.analysis.exchange.codec import message_of
 from skylimb.analysis.exchange.frames import lab_link
+from skylimb.analysis.exchange.lab_messages import Names, pose_errors
 from skylimb.analysis.exchange.lab_topics import Topic
 from skylimb.analysis.exchange.message_types import Definitions
 from skylimb.analysis.exchange.messages import Joints, Path, Pose
@@ -23,7 +24,7 @@ from skylimb.apps.ros.piloted import Flyer
 from skylimb.apps.ros.profile import profile_topics
 from skylimb.apps.ros.states import FlightState
 from skylimb.flight.realtime.pacer import Pacer
-from steered import ready
+from steered import Steered, ready
 
 LEVEL = (1.0, 0.0, 0.0, 0.0)
 
@@ -205,3 +206,20 @@ def _with_field(hovering: Wired, raw: Raw, message: Any, rng: random.Random, odd
         return hovering.raw_of(copy)._replace(sender=raw.sender)
     except Exception:  # no such number fits into its field
         return raw
+
+
+def test_the_terms_of_a_law_are_in_the_labs_own_message(definitions: Definitions) -> None:
+    robot = Steered("pid")
+    robot.hover()
+    told = pose_errors(robot.tick().view(0.0, Names(robot.robot), None))
+    types, kind = definitions.types, topics.PID.type
+    assert definitions.knows(kind)
+    data = types.serialize_ros1(message_of(types, kind, told), kind)
+    came: Any = types.deserialize_ros1(bytes(data), kind)
+    for axis in (came.x, came.y, came.roll, came.pitch, came.yaw):
+        terms = [float(term[0]) for term in (axis.p_term, axis.i_term, axis.d_term)]
+        assert terms[0] != 0.0
+        assert terms[2] != 0.0
+        # In hover nothing is fed forward.
+        assert float(axis.total[0]) == pytest.approx(sum(terms), abs=0.02)
+    assert came.x.i_term[0] != 0.0
