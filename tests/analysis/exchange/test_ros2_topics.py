@@ -11,7 +11,7 @@ import pytest
 from skylimb.analysis.exchange import lab_topics as topics
 from skylimb.analysis.exchange.body import Bodies
 from skylimb.analysis.exchange.frames import lab_link
-from skylimb.analysis.exchange.lab_messages import TickView
+from skylimb.analysis.exchange.lab_ticks import TickView
 from skylimb.analysis.exchange.lab_topics import Topic
 from skylimb.analysis.exchange.messages import Desire, FourAxes, Imu, Nav, Pwms
 from skylimb.analysis.exchange.ros2_topics import VIEWS, OwnNames, spoken

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import skylimb
-from skylimb.analysis.exchange.lab_messages import Names, pose_errors
+from skylimb.analysis.exchange.lab_messages import pose_errors
+from skylimb.analysis.exchange.lab_ticks import Names
 from skylimb.analysis.exchange.messages import Joints, Pose
 from skylimb.apps.ros.grounded import STAND, GroundedPlant
 from skylimb.apps.ros.limits import FlightLimits

@@ -12,7 +12,8 @@ import pytest
 import skylimb
 from skylimb.analysis.exchange.body import Bodies
 from skylimb.analysis.exchange.frames import lab_link
-from skylimb.analysis.exchange.lab_messages import Names, TickView, full_state, mounts, transforms
+from skylimb.analysis.exchange.lab_messages import full_state, mounts, transforms
+from skylimb.analysis.exchange.lab_ticks import Names, TickView
 from skylimb.analysis.exchange.lab_topics import IMU, JOINT_STATES, MOCAP
 from skylimb.analysis.exchange.messages import Imu, Joints, Pose, ServoStates
 from skylimb.apps.ros.lab_config import read_lab_config

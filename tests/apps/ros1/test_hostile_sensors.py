@@ -13,7 +13,7 @@ import pytest
 from skylimb.analysis.exchange import lab_topics as topics
 from skylimb.analysis.exchange.codec import message_of
 from skylimb.analysis.exchange.frames import lab_link
-from skylimb.analysis.exchange.lab_messages import Names
+from skylimb.analysis.exchange.lab_ticks import Names
 from skylimb.analysis.exchange.lab_topics import Topic
 from skylimb.analysis.exchange.message_types import Definitions
 from skylimb.analysis.exchange.messages import Imu, Joints, Pose

@@ -10,7 +10,8 @@ import numpy as np
 from skylimb.analysis.exchange.body import Bodies
 from skylimb.analysis.exchange.codec import message_of
 from skylimb.analysis.exchange.frames import felt_by
-from skylimb.analysis.exchange.lab_messages import Names, TickView, mounts
+from skylimb.analysis.exchange.lab_messages import mounts
+from skylimb.analysis.exchange.lab_ticks import Names, TickView
 from skylimb.analysis.exchange.lab_topics import (
     COG,
     EACH_TICK,

@@ -8,132 +8,27 @@ of gravity. A message that nobody here reads is made as fields by their path.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from skylimb.analysis.exchange.body import Body
 from skylimb.analysis.exchange.codec import WORLD
+from skylimb.analysis.exchange.lab_ticks import UNKNOWN, Frame, TickView
 from skylimb.analysis.exchange.messages import FourAxes, Imu, Joints, Pose, Quaternion, Vector
 from skylimb.base.rotations import (
     quaternion_from_rotation,
     rot_z,
-    rotation_from_axis_angle,
     rotation_from_quaternion,
     rotation_from_rpy,
     rpy_from_rotation,
     wrapped,
 )
 from skylimb.base.signal_table import PLACE_TERMS, TURN_TERMS
-from skylimb.robots.model import Robot
 
 Fields = dict[str, Any]
 """Fields of a message by their path."""
-
-Placed = tuple[np.ndarray, np.ndarray]
-"""A place, m, (3,), and axes, (3, 3)."""
-
-Frame = tuple[str, str, np.ndarray, np.ndarray]
-"""Parent and child, and the child's place, m, (3,), and axes, (3, 3), in the parent."""
-
-_UNKNOWN = (np.nan, np.nan, np.nan)
-
-
-class Names:
-    """Names of a robot's joints and frames on the lab's topics.
-
-    Args:
-        robot: whose. Our `gimbal_jointN` is the lab's `gimbalN`, with the same zero and axis.
-        namespace: of the lab's topics, and of its frames.
-
-    Attributes:
-        mass: of the whole robot, kg.
-    """
-
-    def __init__(self, robot: Robot, namespace: str = "hydrus_xi") -> None:
-        description, self._namespace = robot.description, namespace.strip("/")
-        self._description = description
-        self.joints = description.shape_joints
-        self.mass = sum(link.inertial.mass for link in description.links)
-        self.gimbals = tuple(name.replace("gimbal_joint", "gimbal") for name in description.vectoring_joints)
-
-    def frame(self, name: str) -> str:
-        """A frame of the robot, as the lab calls it."""
-        return f"{self._namespace}/{name}"
-
-    def link(self, name: str) -> str:
-        """The frame of one of its links."""
-        return f"{self._namespace}/{name}"
-
-    def links(self, angles: np.ndarray, *, moving: bool | None = None) -> Iterator[Frame]:
-        """Links in their parents.
-
-        Args:
-            angles: of joints and gimbals, rad.
-            moving: only those whose joint moves, or only those whose joint never does.
-        """
-        turning = (*self._description.shape_joints, *self._description.vectoring_joints)
-        known = dict(zip(turning, angles, strict=True))
-        for joint in self._description.joints:
-            if moving is None or moving == (joint.name in known):
-                turned = rotation_from_axis_angle(joint.axis, known.get(joint.name, 0.0))
-                yield self.link(joint.parent), self.link(joint.child), joint.xyz, np.asarray(joint.R @ turned)
-
-    def root(self, angles: np.ndarray, measured: Placed) -> tuple[str, np.ndarray, np.ndarray]:
-        """The first link of the URDF in W, from the measured link's pose there."""
-        first = self.link(self._description.root)
-        poses: dict[str, Placed] = {first: (np.zeros(3), np.eye(3))}
-        for parent, child, place, R in self.links(angles):
-            there, axes = poses[parent]
-            poses[child] = there + axes @ place, axes @ R
-        there, axes = poses[self.link(self._description.measured_link)]
-        R = measured[1] @ axes.T
-        return first, measured[0] - R @ there, R
-
-    def fixed(self, angles: np.ndarray) -> Iterator[Frame]:
-        """Frames that never move in their parents: the first link is the lab's root."""
-        yield self.frame("root"), self.link(self._description.root), np.zeros(3), np.eye(3)
-        yield from self.links(angles, moving=False)
-
-
-@dataclass(frozen=True)
-class TickView:
-    """What a tick holds of which messages are made; what is not known is None, or NaN.
-
-    Attributes:
-        stamp: s.
-        names: of joints and frames.
-        body: centre of gravity and the lab's link as measured.
-        angles: joints and gimbals as measured, rad.
-        command: thrusts, N, joint and vectoring angles, rad.
-        motors: whether the thrusts mean anything.
-        signals: of a controller or a log, by name.
-        cog: position, velocity, attitude and rates of C, where they are not the body's.
-        felt: rates (rad/s) and specific force (m/s^2) of the flight controller's IMU in the axes of the lab's
-            link.
-        magnetic_field: that its compass shows.
-        attitude: that it believes its axes to have, where it is not the body's, (3, 3).
-        state: the byte of `flight_state`.
-        arming: what the flight controller is commanded.
-        target: position and velocity of the reference, W, (3,) each, and the yaw of the lab's link, rad.
-    """
-
-    stamp: float
-    names: Names
-    body: Body | None = None
-    angles: np.ndarray | None = None
-    command: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
-    motors: bool = True
-    signals: Mapping[str, Any] = field(default_factory=dict)
-    cog: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] | None = None
-    felt: tuple[np.ndarray, np.ndarray] | None = None
-    magnetic_field: Vector = _UNKNOWN
-    attitude: np.ndarray | None = None
-    state: int | None = None
-    arming: int | None = None
-    target: tuple[np.ndarray, np.ndarray, float] | None = None
 
 
 def _of_body(make: Callable[[TickView, Body], Any]) -> Callable[[TickView], Any]:
@@ -156,7 +51,7 @@ def mocap(tick: TickView, body: Body) -> Pose:
 def imu(tick: TickView, body: Body) -> Imu:
     """Attitude of the lab's link, and what its IMU says; without one the rates that the body has."""
     w, x, y, z = _quaternion(body.R_W_link if tick.attitude is None else tick.attitude)
-    gyro, force = tick.felt or (body.rates_link, _UNKNOWN)
+    gyro, force = tick.felt or (body.rates_link, UNKNOWN)
     return Imu(tick.stamp, vector(gyro), vector(force), (x, y, z, w), tick.magnetic_field)
 
 

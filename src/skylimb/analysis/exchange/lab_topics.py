@@ -8,7 +8,7 @@ from operator import attrgetter
 from typing import Any
 
 from skylimb.analysis.exchange import lab_messages as made
-from skylimb.analysis.exchange.lab_messages import TickView
+from skylimb.analysis.exchange.lab_ticks import TickView
 
 NAMESPACE = "hydrus_xi"
 """Of the lab's topics; the flight computer's stack is started in it."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
-from skylimb.analysis.exchange.lab_messages import Names
+from skylimb.analysis.exchange.lab_ticks import Names
 from skylimb.analysis.exchange.lab_topics import NAMESPACE
 from skylimb.apps.ros.limits import FlightLimits
 from skylimb.apps.ros.profile import LAB, Dialect

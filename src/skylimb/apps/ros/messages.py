@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
-from skylimb.analysis.exchange.lab_messages import TickView
+from skylimb.analysis.exchange.lab_ticks import TickView
 from skylimb.analysis.exchange.lab_topics import Topic, is_due
 
 

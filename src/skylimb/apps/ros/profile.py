@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from skylimb.analysis.exchange import lab_topics as topics
-from skylimb.analysis.exchange.lab_messages import Names
+from skylimb.analysis.exchange.lab_ticks import Names
 from skylimb.analysis.exchange.lab_topics import Topic
 from skylimb.analysis.exchange.messages import MotorInfo, UavInfo
 from skylimb.analysis.recording.run import Run

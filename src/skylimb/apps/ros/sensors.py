@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from skylimb.analysis.exchange.frames import frames_at, frames_function
-from skylimb.analysis.exchange.lab_messages import Names
+from skylimb.analysis.exchange.lab_ticks import Names
 from skylimb.analysis.exchange.messages import Imu, Joints, Pose, ServoStates
 from skylimb.apps.ros.messages import Arrived
 from skylimb.apps.ros.servos import Servos

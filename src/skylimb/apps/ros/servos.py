@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
 
-from skylimb.analysis.exchange.lab_messages import Names
+from skylimb.analysis.exchange.lab_ticks import Names
 from skylimb.base.errors import ConfigError
 from skylimb.robots.model import Robot
 

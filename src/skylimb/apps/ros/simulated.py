@@ -10,7 +10,8 @@ import numpy as np
 from skylimb.analysis.exchange import lab_topics as topics
 from skylimb.analysis.exchange.body import Bodies
 from skylimb.analysis.exchange.frames import felt_by
-from skylimb.analysis.exchange.lab_messages import TickView, floats, vector
+from skylimb.analysis.exchange.lab_messages import floats, vector
+from skylimb.analysis.exchange.lab_ticks import TickView
 from skylimb.analysis.exchange.lab_topics import is_due
 from skylimb.analysis.exchange.messages import (
     Desire,

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from skylimb.analysis.exchange.body import Body
-from skylimb.analysis.exchange.lab_messages import Names, TickView
+from skylimb.analysis.exchange.lab_ticks import Names, TickView
 from skylimb.analysis.exchange.messages import Joints, Nav, Path, Pose
 from skylimb.apps.ros.script import Script
 from skylimb.apps.ros.states import Flying, Order
