@@ -38,7 +38,7 @@ from skylimb.control.contact_machine import (
     is_in,
 )
 from skylimb.control.estimation.calibration import is_sound
-from skylimb.control.estimation.records import Signals, Start, Wrench
+from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.estimation.surface import (
     SurfaceGains,
     SurfaceState,
@@ -48,7 +48,8 @@ from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import Needs
 from skylimb.control.press import EASED, PLAIN, SEARCHING, WAITING
 from skylimb.control.records import ContactView, LawInput
-from skylimb.symbolic import Array, clip, cross, dot, low_pass, max, min, vector, where
+from skylimb.control.task_axes import in_task, normal_force_on, seen_across
+from skylimb.symbolic import Array, clip, cross, dot, low_pass, max, min, where
 
 PROVIDES = (
     "contact.engaged",
@@ -186,11 +187,11 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     a, u = reference.contact_axis, reference.sliding_axis
     axes = a, u, cross(a, u)
     tip = estimate.body.position + estimate.arm
-    place = _in_task(tip, axes)
+    place = in_task(tip, axes)
     nominal = dot(a, reference.tip_position)
 
     # 1. The machine.
-    normal_force = _normal_force(estimate.wrench, state.surface.estimate[1:3], axes)
+    normal_force = normal_force_on(estimate.wrench, state.surface.estimate[1:3], axes)
     before = state.machine
     cues = Cues(
         touch=reference.touch * is_sound(estimate),
@@ -205,13 +206,13 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     fresh = engaged * (1.0 - engaged_before)
 
     # 2. The surface under the pen.
-    path = _in_task(reference.tip_velocity, axes)[1:3]
+    path = in_task(reference.tip_velocity, axes)[1:3]
     speed = (path[0] ** 2 + path[1] ** 2) ** 0.5
     touching = engaged * where(-estimate.contact_force > gains.machine.lost_force, 1.0, fresh)
     pressed = low_pass(state.pressed, normal_force, FORGETS, dt) * engaged
     little = clip((FELT[1] * pressed - normal_force) / ((FELT[1] - FELT[0]) * pressed + 1e-6), 0.0, 1.0)
     touching = touching * (1.0 - little)
-    across = _seen_across(estimate.wrench, path, speed, axes)
+    across = seen_across(estimate.wrench, path, speed, axes)
     surface = follow_surface(gains.surface, state.surface, place, touching, fresh, across, dt)
     slope = surface.estimate[1:3]
     surface_velocity = engaged * (slope[0] * path[0] + slope[1] * path[1])
@@ -230,7 +231,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     anchor = where(engaged * engaged_before > 0.5, carried, dot(a, estimate.body.position))
 
     # 4. The pace, and how hard to press.
-    off = _in_task(tip - reference.tip_position, axes)
+    off = in_task(tip - reference.tip_position, axes)
     behind = engaged * (off[1] ** 2 + off[2] ** 2) ** 0.5
     pace, speed_next = _pace(gains, state, machine, reference, speed, surface_velocity, behind, dt)
     begin, end = gains.ease_beyond[0], gains.ease_beyond[1]
@@ -253,15 +254,6 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     }
     new = State(machine, surface, axis_position, lost_at, anchor, pace, speed_next, place, sunk, pressed)
     return new, view, signals
-
-
-Axes = tuple[Array, Array, Array]
-"""Contact axis and sliding axes."""
-
-
-def _in_task(vector_W: Array, axes: Axes) -> Array:
-    """A vector of W in the frame of the task, (3,)."""
-    return vector(*(dot(axis, vector_W) for axis in axes))
 
 
 def _led(gains: Any, state: State, machine: MachineState, nominal: Any, inputs: LawInput) -> tuple[Any, Any]:
@@ -312,28 +304,3 @@ def _pace(
     pace = clip(allowed, where(slower < faster, slower, faster), faster)
     pace = clip(where(halted > 0.5, 0.0, where(reference.wait > 0.5, pace, 1.0)), 0.0, 1.0)
     return pace, pace / own * speed
-
-
-def _seen_across(wrench: Wrench, path: Array, speed: Any, axes: Axes) -> Array:
-    """What the force shows of the slope across the path, where friction has no part in it.
-
-    Returns:
-        Direction across the path in the sliding plane, times how far it can be trusted, and the slope there.
-    """
-    a, u, v = axes
-    along = path / (speed + 1e-9)
-    moving = clip(speed / 0.02, 0.0, 1.0)
-    across = vector(-along[1], along[0])
-    pressed = dot(a, wrench.force)
-    sideways = across[0] * dot(u, wrench.force) + across[1] * dot(v, wrench.force)
-    seen = sideways / where(pressed < -0.3, pressed, -0.3)
-    known = moving * where(pressed < -0.3, 1.0, 0.0)
-    return vector(across[0] * known, across[1] * known, seen)
-
-
-def _normal_force(wrench: Wrench, slope: Array, axes: Axes) -> Any:
-    """f_hat . n of the estimated surface, N: friction lies in the surface and drops out."""
-    a, u, v = axes
-    force = wrench.force
-    length = (1.0 + slope[0] ** 2 + slope[1] ** 2) ** 0.5
-    return -(dot(a, force) - slope[0] * dot(u, force) - slope[1] * dot(v, force)) / length
