@@ -56,18 +56,13 @@ class Bench:
             limits = takeoff.experiment.terminations
             return Loop(driver, takeoff.mission, limits, len(takeoff.times)).fly()
 
-    def replay(self, data: mujoco.MjData, controls: np.ndarray, forces: np.ndarray) -> None:
+    def replay(self, data: mujoco.MjData, controls: np.ndarray) -> None:
         plant = self.takeoff.plant
-        step, model, substeps, ctrl, force = (
-            mujoco.mj_step,
-            plant.model,
-            plant.substeps,
-            data.ctrl,
-            data.qfrc_applied,
-        )
+        step, model, substeps, nu = mujoco.mj_step, plant.model, plant.substeps, plant.model.nu
+        ctrl, force = data.ctrl, data.qfrc_applied
         for k in range(len(controls)):
-            ctrl[:] = controls[k]
-            force[:] = forces[k]
+            ctrl[:] = controls[k, :nu]
+            force[:] = controls[k, nu:]
             step(model, data, substeps)
 
 
@@ -91,20 +86,19 @@ def prepare(experiment: str, controller: str) -> tuple[Bench, dict[str, float]]:
     return Bench(takeoff, tick), took
 
 
-def record_controls(bench: Bench) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The controls and applied forces of every tick of one flight, and the state it ends in."""
+def record_controls(bench: Bench) -> tuple[np.ndarray, np.ndarray]:
+    """The controls of every tick of one flight, applied forces behind them, and the state it ends in."""
     here = world(bench.takeoff)
-    data, model, count = here.data, bench.takeoff.plant.model, len(bench.takeoff.rows)
-    controls, forces = np.zeros((count, model.nu)), np.zeros((count, model.nv))
+    data, model = here.data, bench.takeoff.plant.model
+    controls = np.zeros((len(bench.takeoff.rows), model.nu + model.nv))
 
     def watch(k: int) -> None:
-        controls[k] = data.ctrl
-        forces[k] = data.qfrc_applied
+        controls[k] = np.concatenate([data.ctrl, data.qfrc_applied])
 
     flight = bench.closed_loop(here, watch)
     if flight.cause:
         raise SystemExit(f"the flight failed: {flight.cause}")
-    return controls[: flight.ticks], forces[: flight.ticks], np.concatenate([data.qpos, data.qvel])
+    return controls[: flight.ticks], np.concatenate([data.qpos, data.qvel])
 
 
 def fastest(repeats: int, *works: Callable[[], float]) -> list[float]:
@@ -194,7 +188,7 @@ class Figures:
 def measure(experiment: str, controller: str, repeats: int) -> tuple[Bench, Figures]:
     """Fly, replay, and time both and the parts."""
     bench, took = prepare(experiment, controller)
-    controls, forces, end = record_controls(bench)
+    controls, end = record_controls(bench)
 
     def closed_loop() -> float:
         here = world(bench.takeoff)
@@ -205,7 +199,7 @@ def measure(experiment: str, controller: str, repeats: int) -> tuple[Bench, Figu
     def replay() -> float:
         data = bench.takeoff.data()
         start = time.perf_counter()
-        bench.replay(data, controls, forces)
+        bench.replay(data, controls)
         elapsed = time.perf_counter() - start
         if not np.array_equal(np.concatenate([data.qpos, data.qvel]), end):
             raise SystemExit("the replay did not end where the flight did: the comparison means nothing")
