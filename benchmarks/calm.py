@@ -121,15 +121,16 @@ def beside(numbers: dict[str, list[dict[str, Any]]]) -> str:
         "|---" * (3 + len(titles)) + "|",
     ]
     for name, experiment in EXPERIMENTS:
-        rows, count = numbers[f"surface {experiment}"], SURFACES[experiment]
+        rows, plain = numbers[f"surface {experiment}"], shipped[f"{name}: `following`"]
+        both = list(zip(plain, rows, strict=False))  # draws that both have flown
         cells = []
         for key, (_, scale, digits) in BESIDE.items():
-            for some in (shipped[f"{name}: `following`"][:count], rows):
+            for some in zip(*both, strict=True):
                 known = [scale * one[key] for one in some if one.get(key) is not None]
                 middle, worst = np.percentile(known, 50.0), np.percentile(known, 90.0)
                 cells.append(f"{middle:.{digits}f} / {worst:.{digits}f}")
-        lost = sum(one["status"] != "OK" for one in rows)
-        lines.append(f"| {name} | {count} | {lost} | {' | '.join(cells)} |")
+        lost = sum(one["status"] != "OK" for one in rows[: len(both)])
+        lines.append(f"| {name} | {len(both)} | {lost} | {' | '.join(cells)} |")
     return "\n".join(lines)
 
 
