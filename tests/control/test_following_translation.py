@@ -49,7 +49,7 @@ def step(at: LawInput, gains: Any = GAINS, state: Any = None) -> tuple[Any, np.n
     ]  # fmt: skip
     # Springs and dampers, and the integral, are of what it commands.
     along = at.reference.contact_axis
-    told = MASS * signals["integral_acceleration"]
+    told = MASS * signals["place_integral"]
     np.testing.assert_allclose(told, signals["contact_force_integral"] * along, atol=1e-12)
     return state, force - np.array([0.0, 0.0, MASS * GRAVITY]), signals["cog_position_target"]
 

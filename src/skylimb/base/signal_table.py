@@ -25,13 +25,9 @@ class SignalInfo(NamedTuple):
     kind: Kind
 
 
-PLACE_TERMS = ("proportional_acceleration", "integral_acceleration", "derivative_acceleration")
+PLACE_TERMS = ("place_proportional", "place_integral", "place_derivative")
 """What a translation law adds up."""
-TURN_TERMS = (
-    "proportional_angular_acceleration",
-    "integral_angular_acceleration",
-    "derivative_angular_acceleration",
-)
+TURN_TERMS = ("turn_proportional", "turn_integral", "turn_derivative")
 """What an attitude law adds up."""
 
 _AXIS, _SCALAR = ("axis",), ()
@@ -163,18 +159,16 @@ SIGNALS: dict[str, SignalInfo] = {
     "motor_torques": SignalInfo(_ROTOR, "N m", "", "torques of the rotors' motors", "truth"),
     "force_command": SignalInfo(_AXIS, "N", "W", "wanted force", "command"),
     "torque_command": SignalInfo(_AXIS, "N m", "C", "wanted torque", "command"),
-    "proportional_acceleration": SignalInfo(
+    "place_proportional": SignalInfo(
         _AXIS, "m/s^2", "W", "what the translation law adds up: of the place's error", "command"
     ),
-    "integral_acceleration": SignalInfo(_AXIS, "m/s^2", "W", "of an error's integral", "command"),
-    "derivative_acceleration": SignalInfo(_AXIS, "m/s^2", "W", "of the velocity's error", "command"),
-    "proportional_angular_acceleration": SignalInfo(
+    "place_integral": SignalInfo(_AXIS, "m/s^2", "W", "of an error's integral", "command"),
+    "place_derivative": SignalInfo(_AXIS, "m/s^2", "W", "of the velocity's error", "command"),
+    "turn_proportional": SignalInfo(
         _AXIS, "rad/s^2", "C", "what the attitude law adds up: of the attitude's error", "command"
     ),
-    "integral_angular_acceleration": SignalInfo(_AXIS, "rad/s^2", "C", "of an error's integral", "command"),
-    "derivative_angular_acceleration": SignalInfo(
-        _AXIS, "rad/s^2", "C", "of the angular velocity's error", "command"
-    ),
+    "turn_integral": SignalInfo(_AXIS, "rad/s^2", "C", "of an error's integral", "command"),
+    "turn_derivative": SignalInfo(_AXIS, "rad/s^2", "C", "of the angular velocity's error", "command"),
     "allocation_residual_force": SignalInfo(
         _AXIS, "N", "W", "force that the rotors fall short of: wanted less given", "command"
     ),
