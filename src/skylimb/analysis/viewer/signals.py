@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterable, Iterator
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import xarray as xr
 from numpy.lib.stride_tricks import sliding_window_view
 
 from skylimb.analysis.scores.signals import contact_axis, samples_within, sliding_axes
 from skylimb.analysis.scores.task import tools_of
 from skylimb.analysis.viewer.packing import packed
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 RATE = 50.0
 """Samples a second of every curve."""

@@ -51,14 +51,19 @@ class BranchingFlights:
         self.live = live = LiveFlights(setup)
         self._was_over = False
         self._begun = datetime.now()
-        for number, flight in enumerate(live.flights, 1):
-            if self._recorder is not None:
-                flight.record(self._recorder.beside(str(number)))
+        if self._recorder is not None:
+            self.record(self._recorder)
         self._watcher = Watcher(
             path
             for given, flight in zip(setup.controllers, live.flights, strict=True)
             for path in files_of_controller(given, flight.takeoff.controller)
         )
+
+    def record(self, recorder: FlightRecorder) -> None:
+        """Keep the flights on the disk as they are flown: these and those to come, each from its take-off."""
+        self._recorder = recorder
+        for number, flight in enumerate(self.live.flights, 1):
+            flight.record(recorder.beside(str(number)))
 
     def _begin_again(self, setup: FlightSetup, why: str, act: str = "take off again") -> None:
         before, self._good = self.here(), good_gains(self.live) or self._good

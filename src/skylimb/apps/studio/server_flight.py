@@ -89,9 +89,10 @@ class FlightThread:
         """End `run` soon; from any thread."""
         self._stopped = True
 
-    def run(self) -> None:
-        """Fly until stopped."""
+    def run(self, first: Callable[[], object] = lambda: None) -> None:
+        """Fly until stopped; `first` is done once the scene is shown, before anything is flown."""
         self._show()
+        first()
         gc.collect()
         gc.freeze()  # what has been loaded stays; looking through it again would hold ticks up
         next_frame = next_poll = time.perf_counter()

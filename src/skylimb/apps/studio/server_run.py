@@ -68,10 +68,11 @@ def serve(
 
             _give_large_arrays_back()
             with recording(out / "live") as recorder:
-                session = Session(experiment, controllers, settings, seed, out, recorder)
+                session = Session(experiment, controllers, settings, seed, out)
                 sys.setswitchinterval(_SWITCH_INTERVAL)
                 try:
-                    flight_of(server, session).run()
+                    # The record takes most of a second to load; pages draw their first picture meanwhile.
+                    flight_of(server, session).run(lambda: recorder and session.record(recorder))
                 except KeyboardInterrupt as stop:
                     asked = bool(stop.args)  # the system asks for the end: nobody could keep the flight
                     folder = str(session.keep().folder) if asked else ""
