@@ -6,10 +6,10 @@
 - **Reaction**: the attitude's loop is not too fast for rotors that work against their own change of speed.
 
 A force along the surface's own normal, with the drag of its friction to every side, has to leave something
-over for the flight: of flights that wanted more than 60 % of what the model holds, half were lost and most of
-the others did not keep their force (docs/reports/scores.md has the count). Nobody knows slope and friction of
-the surface before the flight, so what is believed of them is asked: the usual friction on a surface across
-the contact axis refuses, the greatest friction and lean that are not ruled out warn.
+over for the flight: of flights that want more than 60 % of what the model holds, most do not keep their
+force, and with earlier gains half were lost (docs/reports/scores.md has the count). Nobody knows slope and
+friction of the surface before the flight, so what is believed of them is asked: the usual friction on a
+surface across the contact axis refuses, the greatest friction and lean that are not ruled out warn.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ DOUBTFUL_SHARE = 0.5
 """Of what can be held against slope and drag: up to here the force leaves enough over."""
 
 REFUSED_SHARE = 0.6
-"""Of the same: beyond this hardly any flight keeps its force, and other gains have lost the robot."""
+"""Of the same: beyond this most flights do not keep their force, and earlier gains have lost the robot."""
 
 Direction = tuple[float, ...]
 """In the level frame whose x axis is the heading, (3,)."""

@@ -199,7 +199,8 @@ def test_a_key_of_the_surface_acts_in_flight_and_is_kept_by_a_restart(session):
 
 def test_what_people_do_is_on_the_disk_as_it_is_flown(short, tmp_path):
     recorder = FlightRecorder(tmp_path)
-    session = Session("paper", ("hybrid", "pid"), set=short, out=tmp_path / "studio", recorder=recorder)
+    session = Session("paper", ("hybrid", "pid"), set=short, out=tmp_path / "studio")
+    session.record(recorder)
     session.advance(60)
     session.poke("link1", [0.0, 0.0, 0.0], [0.0, 1.0, 0.0])
     session.advance(60)
@@ -219,7 +220,8 @@ def test_what_people_do_is_on_the_disk_as_it_is_flown(short, tmp_path):
 
 def test_a_disk_that_is_full_is_told_once_and_the_flights_go_on(short, tmp_path):
     recorder = FlightRecorder(tmp_path)
-    session = Session("paper", ("hybrid",), set=short, out=tmp_path / "studio", recorder=recorder)
+    session = Session("paper", ("hybrid",), set=short, out=tmp_path / "studio")
+    session.record(recorder)
     recorder.beside("1")._give_up()
     for _ in range(2):
         session.poll()

@@ -39,8 +39,8 @@ class BranchingFlights:
         branches: the ways that they went.
     """
 
-    def __init__(self, setup: FlightSetup, recorder: FlightRecorder | None = None) -> None:
-        self._recorder = recorder
+    def __init__(self, setup: FlightSetup) -> None:
+        self._recorder: FlightRecorder | None = None
         self.say: Say = lambda event, content: None
         self._good: tuple[dict[str, Any], ...] | None = None
         self._begin(setup)

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from skylimb.analysis.exchange.recorder import FULL, FlightRecorder
+from skylimb.analysis.exchange.recorder import FULL
 from skylimb.apps.studio.branching_flights import RESTARTED, BranchingFlights
 from skylimb.apps.studio.changes import with_push
 from skylimb.apps.studio.controls import IN_FLIGHT, PREFIX, values_of
@@ -43,7 +43,6 @@ class Session(BranchingFlights):
         set: dotted keys and new values, as of `skylimb.run`.
         seed: of the sensors' noise; the experiment's own when None.
         out: folder for all that is kept; it is made when something is.
-        recorder: keeps the flights on the disk as they are flown.
 
     Attributes:
         offered: the controllers that a page may name, by the name that it has for each.
@@ -57,10 +56,9 @@ class Session(BranchingFlights):
         set: Mapping[str, Any] | None = None,
         seed: int | None = None,
         out: str | Path = "studio",
-        recorder: FlightRecorder | None = None,
     ) -> None:
         setup = FlightSetup(experiment, tuple(controllers) or (None,), seed, dict(set or {}))
-        super().__init__(setup, recorder)
+        super().__init__(setup)
         self.out = Path(out)
         self._reports: list[KeptFlights] = []
         self.preset = values_at_takeoff(self.live)

@@ -68,7 +68,7 @@ class ApproachConfig:
     retreat_speed: Annotated[float, Key("m/s", "speed of the retreat", above=0.0, high=10.0)] = 0.10
     heading: Annotated[
         float,
-        Key("rad", "heading of the tip link beside that of the contact axis", low=-1.0, high=1.0),
+        Key("rad", "the heading, beside that of the contact axis", low=-1.0, high=1.0),
     ] = 0.0
     lift: Annotated[
         float,
