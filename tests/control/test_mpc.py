@@ -1,6 +1,7 @@
 """Plans over a horizon: least cost by an independent solver, within their limits, and in flight."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import casadi as ca
@@ -16,6 +17,7 @@ from skylimb.control.box_least_squares import nearest_in_box
 from skylimb.control.estimation.records import Start
 from skylimb.control.horizon import STAGE, STAGES, Axis, free_moves, held, plan
 from skylimb.control.records import LawInput
+from skylimb.control.supervisor.table import TABLE
 from skylimb.control.translation import mpc
 from skylimb.control.user_functions import Prepared
 from skylimb.flight.drivers.native import compile_native, fly_native
@@ -105,17 +107,52 @@ def test_where_no_plan_is_found_the_last_one_goes_on(
     for _ in range(40):
         state, *_ = mpc.step(prepared, state, off)
     kept, row = state.plan, state.plan[STAGES : 2 * STAGES]
-    wrong, nowhere, force = np.full(3, np.nan), False, np.zeros(3)
+    wrong = np.full(3, np.nan)
     for k in range(1, 301):
         state, force, signals = mpc.step(prepared, state, make_inputs(position=wrong, force=wrong))
         assert signals["plan_age"] == pytest.approx(k * 0.005)
-        nowhere = nowhere or not np.isfinite(force).all()
+        assert np.isfinite(force).all() == (k <= 200)  # after its second it commands no number
         if k == 60:
             assert signals["planned_moves"][1] == pytest.approx(row[3])  # of 0.3 s later
-    assert not nowhere
+        if k == 200:
+            assert force[1] == pytest.approx(4.0 * row[-1])
     np.testing.assert_array_equal(state.plan, kept)
-    assert force[1] == pytest.approx(4.0 * row[-1])
     assert mpc.step(prepared, state, off)[2]["plan_age"] == 0.0
+
+
+PLANLESS = """
+import numpy as np
+
+from skylimb.control.translation import mpc
+from skylimb.control.translation.mpc import OPTIONAL, REQUIRES, Gains, initial_state, needs, prepare
+from skylimb.symbolic import where
+
+
+def step(gains, state, inputs, plans):
+    rate = where(inputs.reference.touch > 0.5, np.nan * np.ones(3), inputs.reference.tip_velocity)
+    wrong = inputs._replace(reference=inputs.reference._replace(tip_velocity=rate))
+    return mpc.step((gains, plans), state, wrong)
+"""
+
+
+def test_a_plan_that_has_run_out_is_the_supervisors_turn(tmp_path: Path) -> None:
+    """No plan is found where the pen should touch: the last one for a second, then back from the surface."""
+    (tmp_path / "planless.py").write_text(PLANLESS, encoding="utf-8")
+    law = {"controller.translation.law": str(tmp_path / "planless.py")}
+    log = skylimb.run("paper", "mpc", set={"trajectory.period": 8.0, "phases.hover": 1.0, **law}).log
+    age, mode = log.plan_age.values, log.supervisor_mode.values
+    first = int(np.argmax(age > 0.0))
+    said = [
+        name
+        for place, name in enumerate(TABLE.bits)
+        if any(log.supervisor_bits.values.astype(int) >> place & 1)
+    ]
+    assert not mode[: first + 200].any()
+    assert mode[first + 202] == TABLE.mode("COAST")
+    assert mode[first + 310] == TABLE.mode("RETREAT")
+    assert {"late", "silent"} <= set(said)
+    assert np.isfinite(log.thrusts_command.values).all()
+    assert log.contact_force.values[-1] == pytest.approx(0.0)
 
 
 @pytest.mark.parametrize(

@@ -11,9 +11,9 @@ move is an acceleration,
     level axes: limit = g tan(tilt),      upright: limit = lift g,      f = m (u_0 + g) - c f_hat,
 
 so there always is a plan. Where the search for it does not end in time, or something is not a number, the
-last plan goes on for the rest of its second, and its last move beyond. What friction pulls is not predicted:
-it is taken for what it is now, and cancelled in part (`control.rubbing`). What the model of the press leaves
-out, an integral finds.
+last plan goes on for the rest of its second. Then the law commands no number, and the supervisor flies. What
+friction pulls is not predicted: it is taken for what it is now, and cancelled in part (`control.rubbing`).
+What the model of the press leaves out, an integral finds.
 """
 
 from __future__ import annotations
@@ -210,6 +210,7 @@ def step(prepared: Any, state: State, inputs: LawInput) -> tuple[State, Array, S
     reason = PLAIN if contact.reason is None else contact.reason
     full = where(abs(integral) >= gains.force_integral_limit, 1.0, 0.0) * where(reason > 0.0, 0.0, 1.0)
     ramp = 1.0 if contact.ramp is None else contact.ramp
+    total = where(new.age < TIMES[-1] + 0.5 * dt, total, np.nan * np.ones(3))
     signals = {
         "cog_position_target": target + a * (beside - dot(a, target)),
         "contact_force_reference": commanded * reference.touch * ramp,
