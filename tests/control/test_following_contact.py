@@ -13,6 +13,7 @@ from skylimb.base.errors import ConfigError
 from skylimb.base.packing import numeric
 from skylimb.base.rotations import rotation_from_rpy
 from skylimb.control.contact import following
+from skylimb.control.contact_lead import BRAKES, NEAR, SURE
 from skylimb.control.contact_machine import (
     APPROACH,
     FREE,
@@ -173,6 +174,43 @@ def test_the_tip_looks_for_the_surface_gathering_speed(
     assert state.machine.state == searching
     assert view.axis_velocity == pytest.approx(share * 0.04)
     assert view.axis_position == pytest.approx(1.1 + share * 0.04 * DT)
+
+
+def test_a_surface_that_it_knows_is_approached_faster_until_it_is_near(look: Any) -> None:
+    """It lies 1.1 m along the axis where the tip touched last, and may be anywhere within its variance."""
+    gains = replace(GAINS, return_speed=0.1)
+    sure = SurfaceState(np.array([1.1, 0.2, 0.0]), 1e-6 * np.eye(3))
+
+    def velocity(
+        at: float, known: float = 1.0, aside: float = 0.0, state: float = APPROACH, **own: Any
+    ) -> float:
+        given = {"surface": sure, "touched": np.array([0.0, 0.05]), **own}
+        before = at_state(state, axis_position=at, known=known, **given)
+        before = before._replace(machine=before.machine._replace(since=2.0))
+        _, view, _ = look(before, gains, force=0.0 * A, position=task(0.0, aside, 0.0))
+        return float(view.axis_velocity)
+
+    assert velocity(0.8) == pytest.approx(0.1)
+    assert velocity(0.8, known=0.0) == velocity(0.8, state=RECONTACT) == pytest.approx(0.04)
+    near = 1.1 - NEAR - SURE * 1e-3
+    assert velocity(near) == velocity(1.2) == pytest.approx(0.04)
+    assert velocity(near - 0.03) == pytest.approx(0.04 + 0.03 / BRAKES)
+    # Aside the slope and what it may have changed count; a surface that was seen badly is near from afar.
+    further = 0.2 * 0.1 - SURE * (1e-6 * 1.01 + GAINS.surface.drift * 0.1**3) ** 0.5
+    assert velocity(near - 0.03, aside=0.1) == pytest.approx(
+        0.04 + max(0.03 + SURE * 1e-3 + further, 0.0) / BRAKES, rel=1e-6
+    )
+    assert velocity(0.9, surface=sure._replace(covariance=0.1**2 * np.eye(3))) == pytest.approx(0.04)
+
+
+def test_a_surface_is_known_once_the_pen_has_slid_until_nothing_is_there(look: Any) -> None:
+    assert look(at_state(SETTLE))[0].known == 0.0
+    slid = look(at_state(SLIDE))[0]
+    assert slid.known == 1.0
+    np.testing.assert_allclose(slid.touched, [0.0, 0.05], atol=1e-12)
+    missed = look(at_state(APPROACH, axis_position=1.1 + 0.26, known=1.0), force=0.0 * A)[0]
+    assert missed.machine.given_up == 1.0
+    assert missed.known == 0.0
 
 
 def test_lost_it_holds_still(look: Any) -> None:

@@ -298,7 +298,8 @@ def test_the_presets_are_what_has_been_flown(robot: Robot) -> None:
         **SMOOTHING, "smoothing.on": True, "smoothing.velocity": 25.0,
     }  # fmt: skip
     assert flattened(following, "contact") == {
-        "approach_speed": 0.025, "approach_ramp": 1.0, "retreat_speed": 0.1, "axis_speed": 0.025,
+        "approach_speed": 0.025, "approach_ramp": 1.0, "return_speed": 0.05, "retreat_speed": 0.1,
+        "axis_speed": 0.025,
         "least_pace": 0.25, "path_acceleration": 0.05, "wait_beyond": 0.08, "waiting_pace": 0.1,
         "waiting_speed": 100.0, "body_share": 0.5,
         "ease_beyond": [0.015, 0.04], "least_ease": 0.2, "machine.touch_force": 0.5,
@@ -339,7 +340,8 @@ def test_the_presets_are_what_has_been_flown(robot: Robot) -> None:
 
 def test_what_a_law_does_where_no_preset_says_otherwise() -> None:
     assert to_mapping(contact.Gains()) == {
-        "approach_speed": 0.05, "approach_ramp": 1.0, "retreat_speed": 0.1, "axis_speed": 0.04,
+        "approach_speed": 0.05, "approach_ramp": 1.0, "return_speed": 0.05, "retreat_speed": 0.1,
+        "axis_speed": 0.04,
         "least_pace": 0.25, "path_acceleration": 0.1, "wait_beyond": 0.08, "waiting_pace": 0.1,
         "waiting_speed": 100.0, "body_share": 0.5,
         "ease_beyond": [0.015, 0.04], "least_ease": 1.0, "machine": to_mapping(contact.MachineGains()),

@@ -46,6 +46,9 @@ GOES, LANDING_TIME = 0.005, 0.3
 OWN_PACE = 0.05
 """Below that pace the path's own speed is not known."""
 
+ENDS = 0.0005
+"""So far from the end of its stroke the path need not brake, m: the mission brings it to rest by itself."""
+
 
 @configuration
 class Gains(following.Gains):
@@ -188,7 +191,7 @@ def _in_time(gains: Any, reference: Reference, own: Any) -> Any:
     end, a = reference.ahead[-1], reference.contact_axis
     way = end.tip_position - reference.tip_position
     left = clip(norm(way - a * dot(a, way)) - AHEAD * own, 0.0, 1e3)
-    pace = sqrt(2.0 * gains.path_acceleration * left) / (own + 1e-6)
+    pace = sqrt(2.0 * gains.path_acceleration * (left + ENDS)) / (own + 1e-6)
     ends = reference.touch * (1.0 - end.touch)
     return where(ends > 0.5, clip(pace, OWN_PACE, 1.0), 1.0)
 

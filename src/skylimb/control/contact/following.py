@@ -1,12 +1,8 @@
 """Find the surface, keep to it, and go no faster than it allows.
 
-Three parts share the estimate of the tip's place: the state machine (`control.contact_machine`), the surface
-under the pen (`estimation.surface`), and the pace. The pace of the mission is 1, less where the surface would
-come toward the pen faster than body and arm can follow,
-
-    pace = min(1, axis_speed / |s . v|),        v the velocity of the path, s the slope,
-
-and 0 while the mission waits for touch. A pen that stays behind its reference also presses less: with high
+Four parts share the estimate of the tip's place: the state machine (`control.contact_machine`), the surface
+under the pen (`estimation.surface`), where the tip is led out of touch (`control.contact_lead`), and the
+pace of the mission (`control.contact_pace`). A pen that stays behind its reference presses less: with high
 friction on a slope that comes toward the robot, the force that drags it along makes the contact force, and
 the friction with it, grow until the pen is wedged.
 
@@ -23,12 +19,11 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from skylimb.base.keys import Key, configuration, refused
+from skylimb.control.contact_lead import led
 from skylimb.control.contact_machine import (
     APPROACH,
-    FREE,
     LOST,
     RECONTACT,
-    RETREAT,
     SETTLE,
     SLIDE,
     Cues,
@@ -37,19 +32,20 @@ from skylimb.control.contact_machine import (
     advance,
     is_in,
 )
+from skylimb.control.contact_pace import pace_of
 from skylimb.control.estimation.calibration import is_sound
 from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.estimation.surface import (
     SurfaceGains,
     SurfaceState,
+    expected_height,
     follow_surface,
 )
-from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import Needs
 from skylimb.control.press import EASED, PLAIN, SEARCHING, WAITING
 from skylimb.control.records import ContactView, LawInput
 from skylimb.control.task_axes import in_task, normal_force_on, seen_across
-from skylimb.symbolic import Array, clip, cross, dot, low_pass, max, min, where
+from skylimb.symbolic import Array, clip, cross, dot, low_pass, max, where
 
 PROVIDES = (
     "contact.engaged",
@@ -83,6 +79,10 @@ class Gains:
 
     approach_speed: Annotated[
         float, Key("m/s", "speed at which the tip looks for the surface", above=0.0, high=10.0)
+    ] = 0.05
+    return_speed: Annotated[
+        float,
+        Key("m/s", "speed at which it goes to a surface that it knows, until near it", above=0.0, high=10.0),
     ] = 0.05
     approach_ramp: Annotated[
         float, Key("s", "time over which the tip gets to that speed", above=0.0, high=60.0)
@@ -157,6 +157,8 @@ class State(NamedTuple):
         place: of the tip in the task's frame, m, (3,).
         sunk: how far it has gone on into where the surface should be, lately, m.
         pressed: normal force that was felt lately, N.
+        touched: where in the sliding plane the tip touched last, m, (2,).
+        known: 1 once it has slid on the surface, until nothing is found there.
     """
 
     machine: MachineState
@@ -169,6 +171,8 @@ class State(NamedTuple):
     place: Array = np.zeros(3)
     sunk: Any = 0.0
     pressed: Any = 0.0
+    touched: Array = np.zeros(2)
+    known: Any = 0.0
 
 
 def needs(gains: Gains) -> Needs:
@@ -223,7 +227,11 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     gone = little * clip((sunk - SUNK[0]) / (SUNK[1] - SUNK[0]), 0.0, 1.0)
 
     # 3. Along the contact axis.
-    axis_position, axis_velocity = _led(gains, state, machine, nominal, inputs)
+    ways = place[1] - state.touched[0], place[2] - state.touched[1]
+    height = expected_height(gains.surface, state.surface, *ways)
+    axis_position, axis_velocity = led(
+        gains, machine, state.axis_position, nominal, state.known, height, inputs
+    )
     axis_position = where(engaged > 0.5, place[0], axis_position)
     lost = is_in(machine.state, LOST) * (1.0 - is_in(before.state, LOST))
     lost_at = where(lost > 0.5, place[0], state.lost_at)
@@ -233,7 +241,9 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     # 4. The pace, and how hard to press.
     off = in_task(tip - reference.tip_position, axes)
     behind = engaged * (off[1] ** 2 + off[2] ** 2) ** 0.5
-    pace, speed_next = _pace(gains, state, machine, reference, speed, surface_velocity, behind, dt)
+    pace, speed_next = pace_of(
+        gains, state.pace, state.speed, machine, reference, speed, surface_velocity, behind, dt
+    )
     begin, end = gains.ease_beyond[0], gains.ease_beyond[1]
     ease = clip((end - behind) / (end - begin), gains.least_ease, 1.0)
 
@@ -252,55 +262,22 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
         "tip_position_estimate": tip,
         "surface_gone": gone,
     }
-    new = State(machine, surface, axis_position, lost_at, anchor, pace, speed_next, place, sunk, pressed)
+    touched = where(touching > 0.5, place[1:3], state.touched)
+    known = (
+        max(state.known, is_in(machine.state, SLIDE)) * (1.0 - machine.given_up) * where(gone > 0.5, 0.0, 1.0)
+    )
+    new = State(
+        machine,
+        surface,
+        axis_position,
+        lost_at,
+        anchor,
+        pace,
+        speed_next,
+        place,
+        sunk,
+        pressed,
+        touched,
+        known,
+    )
     return new, view, signals
-
-
-def _led(gains: Any, state: State, machine: MachineState, nominal: Any, inputs: LawInput) -> tuple[Any, Any]:
-    """Place (m) and speed (m/s) of the tip along the axis out of contact.
-
-    The tip is led with the mission, toward the surface, not at all, or back.
-    """
-    reference, dt = inputs.reference, inputs.dt
-    searching, free = is_in(machine.state, APPROACH, RECONTACT), is_in(machine.state, FREE)
-    back = clip(nominal - state.axis_position, -gains.retreat_speed * dt, gains.retreat_speed * dt) / dt
-    gathering = clip(machine.since / gains.approach_ramp, 0.0, 1.0)
-    velocity = searching * gains.approach_speed * gathering + is_in(machine.state, RETREAT) * back
-    position = where(free > 0.5, nominal, state.axis_position + velocity * dt)
-    return position, velocity + free * dot(reference.contact_axis, reference.tip_velocity)
-
-
-def _pace(
-    gains: Any,
-    state: State,
-    machine: MachineState,
-    reference: Reference,
-    speed: Any,
-    surface_velocity: Any,
-    behind: Any,
-    dt: float,
-) -> tuple[Any, Any]:
-    """The pace of the mission, and the speed of the path at it, m/s.
-
-    Args:
-        gains: of the law.
-        state: of the last tick.
-        machine: of this tick.
-        reference: of this tick, at the pace of the last one.
-        speed: of the path, m/s, at the pace of the last tick.
-        surface_velocity: at which the surface comes, m/s, at the same pace.
-        behind: distance of the pen from its path, m.
-        dt: control period, s.
-    """
-    # Speeds are those of the present pace; divided by it, they are those of the mission's own.
-    own = clip(state.pace, 0.05, 1.0)
-    allowed = clip(gains.axis_speed * own / (abs(surface_velocity) + 1e-6), gains.least_pace, 1.0)
-    slow = max(gains.least_pace, gains.waiting_speed * own / (speed + 1e-6))
-    waiting = min(gains.waiting_pace, slow)
-    allowed = allowed * clip((gains.wait_beyond - behind) / (0.5 * gains.wait_beyond), waiting, 1.0)
-    halted = reference.wait * (1.0 - machine.given_up) * (1.0 - is_in(machine.state, SLIDE))
-    faster = (state.speed + gains.path_acceleration * dt) * own / (speed + 1e-6)
-    slower = state.pace - gains.path_acceleration * dt * own / (speed + 1e-6)
-    pace = clip(allowed, where(slower < faster, slower, faster), faster)
-    pace = clip(where(halted > 0.5, 0.0, where(reference.wait > 0.5, pace, 1.0)), 0.0, 1.0)
-    return pace, pace / own * speed

@@ -20,7 +20,7 @@ import numpy as np
 
 from skylimb.base.keys import Key, configuration
 from skylimb.control.estimation.kalman import corrected
-from skylimb.symbolic import Array, clip, exp, matrix, vector
+from skylimb.symbolic import Array, clip, dot, exp, matrix, vector
 
 
 @configuration
@@ -110,3 +110,18 @@ def follow_surface(
     )
     x = vector(x[0], clip(x[1], -STEEPEST, STEEPEST), clip(x[2], -STEEPEST, STEEPEST))
     return SurfaceState(x, P, calm)
+
+
+def expected_height(gains: Any, state: SurfaceState, du: Any, dv: Any) -> tuple[Any, Any]:
+    """Where the surface is expected so far from where the tip touched last, and its standard deviation, m.
+
+    Args:
+        gains: a `SurfaceGains`.
+        state: of the surface.
+        du: way from there along the sliding axis u, m.
+        dv: the same along v, m.
+    """
+    away, toward = (du**2 + dv**2) ** 0.5, vector(1.0, du, dv)
+    # The slope may have changed all along the way.
+    variance = dot(toward, state.covariance @ toward) + gains.drift * away**3
+    return dot(toward, state.estimate), variance**0.5
