@@ -1,6 +1,6 @@
 """What each estimator makes of the same flights: lag, noise, bias, touch and cost; and what it flies like.
 
-    python benchmarks/estimators.py [--draws 20] [--only open bias speeds closed cost] [--tables]
+    python benchmarks/estimators.py [--draws 20] [--only PART ...] [--of NAME ...] [--tables]
 
 `following` flies every flight with the estimation that it ships with. Each estimator then works on its log
 (`skylimb.replay`): the same measurements, the same thrusts. Draws are those of benchmarks/following.py with
@@ -13,6 +13,7 @@ looks at it. Parts:
 - closed: `following` flies with each;
 - cost: of a tick.
 
+`--of` works with some estimators alone, and keeps the numbers of all others, of the same flights.
 docs/estimators.json keeps every number; the tables of docs/estimators.md are written anew.
 """
 
@@ -42,6 +43,8 @@ DOCS = HERE.parent / "docs"
 PAGE, NUMBERS = DOCS / "estimators.md", DOCS / "estimators.json"
 SEED, SPEED_DRAWS = 3400, 4  # no gain was chosen on these draws
 Changes = Mapping[str, Any]
+Names = Sequence[str] | None
+"""Which estimators; None for all."""
 
 LAW = "estimation.law"
 MOMENTUM: Changes = {
@@ -55,6 +58,7 @@ ESTIMATORS: Mapping[str, Changes] = {
     "extended_state": {LAW: str(HERE.parent / "examples" / "laws" / "extended_state.py")},
     "predictive": {},
     "kalman": {LAW: "kalman"},
+    "moving_horizon": {LAW: "moving_horizon"},
     "predictive, IMU": {"estimation.smoothing.imu": True},
     "kalman, IMU": {LAW: "kalman", "estimation.imu.on": True},
 }
@@ -66,6 +70,7 @@ FORCES = {
     "extended_state": ("estimation.bandwidth", 6.0),
     "predictive": ("estimation.observer.force", 5.0),
     "kalman": ("estimation.spread.force", 0.35),
+    "moving_horizon": ("estimation.window.force", 0.15),
 }
 """The gain that makes each faster, as it is."""
 SAME_LAG = 0.2
@@ -83,6 +88,7 @@ CLOSED: Mapping[str, Changes] = {
     "predictive": {},
     "kalman": {},
     "kalman, torque 0.1": TORQUE,
+    "moving_horizon": {},
     "predictive, IMU": {},
     "kalman, IMU": {},
     "kalman, IMU, torque 0.1": TORQUE,
@@ -102,7 +108,7 @@ def changes_of(name: str, speed: float = 1.0) -> dict[str, Any]:
     if speed != 1.0:
         key, value = FORCES[name.partition(",")[0]]
         # A filter's bandwidth goes with the root of the drift that it allows for.
-        faster = value * (speed**2 if "spread" in key else speed)
+        faster = value * (speed**2 if "spread" in key or "window" in key else speed)
         changes[key] = [faster] * 3 if key.endswith("observer.force") else faster
         if "smoothing" not in str(changes) and key.endswith("observer.force"):
             changes["estimation.smoothing.velocity"] = 25.0 * speed
@@ -154,10 +160,14 @@ def touch_without_false(run: skylimb.Run) -> tuple[float, float]:
     return least, (max(felt[0] - time[first], 0.0) + LASTS if felt else np.nan)
 
 
-def opened(count: int) -> Iterator[dict[str, Any]]:
+def among(known: Mapping[str, Changes], names: Names) -> list[str]:
+    return [name for name in known if names is None or name in names]
+
+
+def opened(count: int, names: Names) -> Iterator[dict[str, Any]]:
     """Scores of every estimator on every flight."""
     for number, kind, run in flights(count):
-        for name in ESTIMATORS:
+        for name in among(ESTIMATORS, names):
             again = seen(run, name)
             row = {"part": "open", "draw": number, "kind": kind, "estimator": name}
             row |= {
@@ -168,12 +178,12 @@ def opened(count: int) -> Iterator[dict[str, Any]]:
             yield row
 
 
-def biased(count: int) -> Iterator[dict[str, Any]]:
+def biased(count: int, names: Names) -> Iterator[dict[str, Any]]:
     """What the tare takes off, and what is left of the error in contact."""
     for what, wrong in WRONG.items():
         for seed in range(max(count // 7, 1)):
             run = flown("paper", {**wrong, "seed": SEED + seed})
-            for name in ESTIMATORS:
+            for name in among(ESTIMATORS, names):
                 again = seen(run, name)
                 log = again.log
                 off = log.external_force_bias.values[tared(log)][0]
@@ -184,20 +194,20 @@ def biased(count: int) -> Iterator[dict[str, Any]]:
                 }
 
 
-def sped(count: int) -> Iterator[dict[str, Any]]:
+def sped(count: int, names: Names) -> Iterator[dict[str, Any]]:
     """Lag and noise of each at other speeds, in a hover with pushes."""
     for number, kind, run in flights(min(count, SPEED_DRAWS)):
-        for name in ESTIMATORS if kind == "pushes" else ():
+        for name in among(ESTIMATORS, names) if kind == "pushes" else ():
             for speed in SPEEDS:
                 found = measured(seen(run, name, speed), ["estimate"])
                 row = {"part": "speeds", "draw": number, "estimator": name, "speed": speed}
                 yield row | {"lag": found["estimate_lag"], "noise": found["estimate_noise"]}
 
 
-def closed(count: int) -> Iterator[dict[str, Any]]:
+def closed(count: int, names: Names) -> Iterator[dict[str, Any]]:
     """`following` flies the board with each."""
     for number, drawn in enumerate(draws("paper", count, SEED)):
-        for name in CLOSED:
+        for name in among(CLOSED, names):
             run = flown("paper", {**drawn, **changes_of(name)})
             found = {**run.metrics, **measured(run, ["contact"])}
             row = {
@@ -209,10 +219,10 @@ def closed(count: int) -> Iterator[dict[str, Any]]:
             yield row | {key: found[key] for _, key, _ in FLOWN}
 
 
-def costs(count: int) -> Iterator[dict[str, Any]]:
+def costs(count: int, names: Names) -> Iterator[dict[str, Any]]:
     """A tick of a flight with each, the least of a few; and operations of a controller's tick, counted."""
     robot = load_robot("hydrus_xi_quad")
-    for name in ESTIMATORS:
+    for name in among(ESTIMATORS, names):
         changes = changes_of(name)
         own = {key.removeprefix("controller."): value for key, value in changes.items()}
         step = traced_step(load_controller("following", robot, own), 1.0 / 200.0).function
@@ -350,7 +360,7 @@ def flown_table(rows: Sequence[Changes]) -> str:
 def wins(rows: Sequence[Changes], name: str, key: str) -> str:
     """On how many draws it is better than `predictive` with the same sensors."""
     rival = "predictive, IMU" if "IMU" in name else "predictive"
-    if not name.startswith("kalman"):
+    if name == rival:
         return ""
     mine, other = (
         {row["draw"]: row[key] for row in own(rows, part="closed", estimator=one) if row[key] is not None}
@@ -371,11 +381,13 @@ def main() -> None:
     parser.add_argument(
         "--tables", action="store_true", help="fly nothing: the tables of docs/estimators.json"
     )
+    parser.add_argument("--of", nargs="*", choices=[*ESTIMATORS, *CLOSED], help="some estimators alone")
     options = parser.parse_args()
     rows: list[dict[str, Any]] = json.loads(NUMBERS.read_text(encoding="utf-8")) if NUMBERS.exists() else []
     for part in () if options.tables else options.only:
-        rows = [row for row in rows if row["part"] != part]
-        for row in PARTS[part](options.draws):
+        known = options.of or {*ESTIMATORS, *CLOSED}
+        rows = [row for row in rows if row["part"] != part or row["estimator"] not in known]
+        for row in PARTS[part](options.draws, options.of):
             rows.append(row)
             keep(NUMBERS, rows)
             print(row, flush=True)

@@ -1,12 +1,12 @@
 """All controllers on one bench: who draws, who presses, who is lost, and what a tick costs.
 
-    python benchmarks/ranking.py [--draws 200] [--out out/ranking] [--only paper] [--tables]
+    python benchmarks/ranking.py [--draws 200] [--out out/ranking] [--only paper] [--tables] [--costs]
 
-Every place is a campaign (`PLACES`): all controllers meet the same draws, of robots that are calibrated, with
-noise, delays and rotors that turn the robot. They fly with the gains that ship; nothing was tuned on these
-draws. A lost flight counts as infinitely bad. Ranks are a campaign's: two controllers whose difference an
-exact sign test does not tell at 95 % share one. docs/rivals.json keeps the numbers; the tables of
-docs/rivals.md are written anew.
+Every place is a campaign (`PLACES`): all its controllers meet the same draws, with noise, delays and rotors
+that turn the robot; of robots that are calibrated, but where it says otherwise. They fly with the gains that
+ship; nothing was tuned on these draws. A lost flight counts as infinitely bad. Ranks are a campaign's: two
+controllers whose difference an exact sign test does not tell at 95 % share one. docs/rivals.json keeps the
+numbers; the tables of docs/rivals.md are written anew. `--costs` times a tick of each, on an idle machine.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import argparse
 import json
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -32,15 +33,15 @@ from skylimb.studies.campaign.who_wins import fails_where, shown_ranks
 DOCS = Path(__file__).parents[1] / "docs"
 PAGE, NUMBERS = DOCS / "rivals.md", DOCS / "rivals.json"
 SEED = 34
-CONTENDERS = ("pid", "impedance", "admittance", "hybrid", "following", "drawing", "mpc")
-PLACES = {
-    "paper": "the paper's circle on a leaning board",
-    "cylinder_convex": "a circle on a cylinder that bulges",
-    "sine_gentle": "a circle on waves",
-    "push_and_slide": "pushes along a wall",
-    "calligraphy": "a word whose strokes are pressed harder and softer",
-    "writing": "letters of some millimetres",
+EXAMPLES = Path(__file__).parents[1] / "examples"
+CONTENDERS = ("pid", "impedance", "admittance", "hybrid", "following", "drawing", "mpc", "learned")
+FILES = {
+    "learned": str(EXAMPLES / "learning" / "residual.toml"),
+    "mppi": str(EXAMPLES / "sampling" / "mppi.toml"),
 }
+"""Presets of those that do not ship as one."""
+UNSAMPLED = "mppi, unsampled"
+"""The same law whose plans are all nothing: what the sampling is worth."""
 VARY: dict[str, dict[str, Any]] = {
     "surface.friction": {"uniform": [0.1, 0.6]},
     "surface.stiffness": {"log_uniform": [1e3, 2e4]},
@@ -52,6 +53,49 @@ VARY: dict[str, dict[str, Any]] = {
     "sensors.latency": {"uniform": [0.01, 0.03]},
 }
 """As of a robot once it is calibrated; see benchmarks/tasks.py."""
+AS_BUILT = VARY | {
+    "plant.cog_offset": {"uniform": [-0.01, 0.01], "size": 3},
+    "plant.rotor_scale": {"uniform": [0.98, 1.02], "size": 4},
+    "plant.thrust_scale": {"uniform": [0.98, 1.02]},
+    "sensors.attitude_misalignment": {"uniform": [-0.0175, 0.0175], "size": 3},
+}
+"""As of one that is not; the ranges of benchmarks/following.py."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """What is flown.
+
+    Attributes:
+        what: in words.
+        experiment: by name; by default the place's own.
+        vary: what is drawn.
+        contenders: who flies.
+        most: draws at most.
+    """
+
+    what: str
+    experiment: str = ""
+    vary: Mapping[str, Any] = field(default_factory=lambda: VARY)
+    contenders: Sequence[str] = CONTENDERS
+    most: int = 10**6
+
+
+PLACES = {
+    "paper": Place("the paper's circle on a leaning board"),
+    "paper_as_built": Place("the same by robots that nobody has calibrated", "paper", AS_BUILT),
+    "cylinder_convex": Place("a circle on a cylinder that bulges"),
+    "sine_gentle": Place("a circle on waves"),
+    "push_and_slide": Place("pushes along a wall"),
+    "calligraphy": Place("a word whose strokes are pressed harder and softer"),
+    "writing": Place("letters of some millimetres"),
+    "paper_sampled": Place(
+        "the paper's circle again, on the first of its draws, as each flight of `mppi` takes minutes",
+        "paper",
+        contenders=("following", "drawing", "mpc", "mppi", UNSAMPLED),
+        most=6,
+    ),
+}
 COLUMNS = (
     ("line, rms mm", "pen_line_rms", 1e3),
     ("force, std N", "contact_force_normal_std", 1.0),
@@ -60,31 +104,42 @@ COLUMNS = (
 )
 
 
-def flown(place: str, draws: int, out: Path) -> list[dict[str, Any]]:
-    """What a place's campaign says of each controller."""
+def unsampled(out: Path) -> str:
+    """A preset of `mppi` with two samples, both of which move nothing."""
+    law, preset = f'law = "{EXAMPLES / "sampling" / "mppi.py"}"', Path(FILES["mppi"]).read_text("utf-8")
+    out.mkdir(parents=True, exist_ok=True)
+    file = (out / "unsampled.toml").resolve()
+    file.write_text(preset.replace('law = "mppi.py"', f"{law}\nsamples = 2.0"), encoding="utf-8")
+    return str(file)
+
+
+def flown(name: str, draws: int, out: Path, contenders: Sequence[str] = ()) -> list[dict[str, Any]]:
+    """What a place's campaign says of each controller; of all that it has, or of some."""
+    place = PLACES[name]
+    contenders = contenders or place.contenders
     given = {
-        "experiment": place,
-        "controllers": list(CONTENDERS),
-        "draws": draws,
+        "experiment": place.experiment or name,
+        "controllers": [unsampled(out) if one == UNSAMPLED else FILES.get(one, one) for one in contenders],
+        "draws": min(draws, place.most),
         "seed": SEED,
         "logs": "none",
         "score": "pen_line_rms",
-        "vary": VARY,
+        "vary": dict(place.vary),
     }
-    folder = out / place
+    folder = out / name
     outcome = run_campaign(
         from_mapping(CampaignSpec, given, "ranking"), folder, workers=0, resume=folder.exists()
     )
     summary, rows = outcome.summary, list[dict[str, Any]]()
     if summary is None:
         raise SystemExit("stopped; what was flown is kept")
-    for index, name in enumerate(CONTENDERS):
-        row: dict[str, Any] = {"place": place, "controller": name, "draws": len(summary.scores.draws)}
-        row["lost"] = sum(one["controller"] == name for one in summary.lost)
-        row["fails"] = fails_where(summary, name, "loss")
+    for index, (controller, flew) in enumerate(zip(contenders, summary.scores.controllers, strict=True)):
+        row: dict[str, Any] = {"place": name, "controller": controller, "draws": len(summary.scores.draws)}
+        row["lost"] = sum(one["controller"] == flew for one in summary.lost)
+        row["fails"] = fails_where(summary, flew, "loss")
         for _, key, _ in COLUMNS:
             row[key] = [float(number) for number in summary.medians[key][index]]
-            row[f"{key} rank"] = shown_ranks(summary.ranks.get(key, [0] * len(CONTENDERS)))[index]
+            row[f"{key} rank"] = shown_ranks(summary.ranks.get(key, [0] * len(contenders)))[index]
         rows.append(row)
     return rows
 
@@ -97,10 +152,11 @@ def cost(name: str, more: Mapping[str, Any] = MappingProxyType({})) -> float:
         more: what else is different from the paper's experiment.
     """
     short = {"supervisor.on": False, "phases.hover": 0.5, "phases.tare": 1.0}
-    (takeoff,) = take_off("paper", (name,), 0, {**short, **more})
-    compile_native(takeoff.tick.function)
+    (takeoff,) = take_off("paper", (FILES.get(name, name),), 0, {**short, **more})
+    if takeoff.compiled:
+        compile_native(takeoff.tick.function)
     times = []
-    for _ in range(3):
+    for _ in range(3 if takeoff.compiled else 1):
         begin = time.perf_counter()
         (flight,) = fly_native([takeoff], 1)
         times.append((time.perf_counter() - begin) / flight.ticks)
@@ -111,11 +167,11 @@ def table(rows: Sequence[dict[str, Any]], costs: dict[str, float]) -> str:
     """Medians with their 95 % intervals, and ranks where the draws tell anybody apart."""
     head = ("controller", "lost", *(title for title, *_ in COLUMNS))
     parts = []
-    for place, what in PLACES.items():
-        own = [row for row in rows if row["place"] == place]
+    for name, place in PLACES.items():
+        own = [row for row in rows if row["place"] == name]
         if not own:
             continue
-        lines = [f"**`{place}`**, {what}; {own[0]['draws']} draws each", ""]
+        lines = [f"**`{name}`**, {place.what}; {own[0]['draws']} draws each", ""]
         lines += ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
         for row in own:
             cells = [f"`{row['controller']}`", str(row["lost"])]
@@ -144,6 +200,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("out/ranking"))
     parser.add_argument("--only", nargs="*", default=list(PLACES), choices=list(PLACES))
     parser.add_argument("--tables", action="store_true", help="fly nothing: the tables of docs/rivals.json")
+    parser.add_argument("--costs", action="store_true", help="time the ticks, on a machine that is idle")
     options = parser.parse_args()
     kept = json.loads(NUMBERS.read_text(encoding="utf-8")) if NUMBERS.exists() else {"rows": [], "costs": {}}
     if not options.tables:
@@ -151,7 +208,8 @@ def main() -> None:
             rows = flown(place, options.draws, options.out)
             kept["rows"] = [row for row in kept["rows"] if row["place"] != place] + rows
             NUMBERS.write_text(json.dumps(kept, indent=0), encoding="utf-8")
-        kept["costs"] = {name: cost(name) for name in CONTENDERS}
+    if options.costs:
+        kept["costs"] = {name: cost(name) for name in (*CONTENDERS, "mppi")}
         NUMBERS.write_text(json.dumps(kept, indent=0), encoding="utf-8")
     fill(PAGE, "ranking", table(kept["rows"], kept["costs"]))
     print(table(kept["rows"], kept["costs"]))

@@ -80,7 +80,7 @@ def test_files_that_are_not_there(tmp_path: Path, robot: Robot) -> None:
 
 def test_laws_are_the_files_of_their_folder() -> None:
     assert {slot: law_names(slot) for slot in SLOTS} == {
-        "estimation": ["kalman", "momentum", "predictive"],
+        "estimation": ["kalman", "momentum", "moving_horizon", "predictive"],
         "contact": ["drawing", "following", "open", "task_frame"],
         "shape": ["admittance", "fixed", "recentring"],
         "translation": ["following", "impedance", "mpc", "pid", "task_frame"],

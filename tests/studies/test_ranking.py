@@ -13,8 +13,8 @@ BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 def test_a_place_is_flown_and_its_table_ranks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(BENCHMARKS))
     ranking = import_module("ranking")
-    monkeypatch.setattr(ranking, "CONTENDERS", ("impedance", "mpc"))
-    rows = ranking.flown("push_and_slide", 8, tmp_path)
+    both = ("impedance", "mpc")
+    rows = ranking.flown("push_and_slide", 8, tmp_path, both)
     sys.modules.pop("ranking")
     impedance, mpc = rows
     assert (impedance["lost"], mpc["lost"]) == (0, 0)
@@ -23,4 +23,4 @@ def test_a_place_is_flown_and_its_table_ranks(tmp_path: Path, monkeypatch: pytes
     text = ranking.table(rows, {"mpc": 28.0})
     assert "| `mpc` | 0 | " in text
     assert "(1)" in text
-    assert ranking.flown("push_and_slide", 8, tmp_path) == rows  # nothing is flown again
+    assert ranking.flown("push_and_slide", 8, tmp_path, both) == rows  # nothing is flown again

@@ -22,9 +22,10 @@ import numpy as np
 
 from skylimb.base.keys import Key, configuration, refused
 from skylimb.base.rotations import rotation_error, rotation_from_quaternion, small_rotation
+from skylimb.control.estimation.body_state import AngleRateState
 from skylimb.control.estimation.inertial import Inertial, Place, navigated
 from skylimb.control.estimation.momentum_observer import ObserverState
-from skylimb.control.estimation.records import BodyState, Imu, Measurement, Signals
+from skylimb.control.estimation.records import BodyState, Imu, Measurement, Sensed, Signals
 from skylimb.robots.model import ImuPlace, Robot
 from skylimb.symbolic import Array, cross, exp, low_pass, right_inverse
 
@@ -103,9 +104,30 @@ def felt_of(robot: Robot, measurement: Measurement, speeds: Array) -> Felt | Non
     return Felt(measurement.imu, seen, measurement.capture_age, place, speeds)
 
 
-def bias_signals(kept: Smoothed | tuple[()]) -> Signals:
+def smoothed_body(
+    gains: Any, state: Any, seen: BodyState, angles: AngleRateState, sensed: Sensed
+) -> tuple[Smoothed | tuple[()], BodyState, Signals]:
+    """What a law keeps, the body's state, as it is seen where nothing is smoothed, and what is recorded.
+
+    Args:
+        gains: a `Smoothing`.
+        state: of the law at the last tick, with `smoothed` and `observer`.
+        seen: as measured.
+        angles: with the rates of joint and vectoring angles.
+        sensed: of this tick.
+    """
+    kept, felt = state.smoothed, None
+    if not isinstance(kept, Smoothed):
+        return kept, seen, {}
+    if gains.imu:
+        felt = felt_of(sensed.robot, sensed.measurement, angles.rates)
+    kept, body = smoothed(gains, kept, seen, state.observer, sensed.dt, felt)
+    return kept, body, bias_signals(kept)
+
+
+def bias_signals(kept: Smoothed) -> Signals:
     """What is recorded of an IMU's biases."""
-    if not (isinstance(kept, Smoothed) and isinstance(kept.inertial, Inertial)):
+    if not isinstance(kept.inertial, Inertial):
         return {}
     imu = kept.inertial.imu
     return {"gyro_bias_estimate": imu.gyro_bias, "accelerometer_bias_estimate": imu.accelerometer_bias}

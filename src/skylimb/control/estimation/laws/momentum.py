@@ -28,7 +28,7 @@ from skylimb.control.estimation.momentum_observer import (
     observe,
 )
 from skylimb.control.estimation.records import Estimate, Sensed, Signals, Start, Wrench
-from skylimb.control.estimation.smoothing import Smoothed, Smoothing, bias_signals, felt_of, smoothed
+from skylimb.control.estimation.smoothing import Smoothed, Smoothing, smoothed_body
 from skylimb.control.needs import Needs
 
 PROVIDES = ("estimate.body", "estimate.wrench", "estimate.raw", "estimate.contact_force", "estimate.arm")
@@ -68,14 +68,10 @@ def initial_state(gains: Gains, start: Start) -> State:
 def step(gains: Any, state: State, sensed: Sensed) -> tuple[State, Estimate, Signals]:
     """The estimate of this tick."""
     rates, body = see_body(gains.angle_rates, state.angle_rates, sensed)
-    kept, felt = state.smoothed, None
-    if isinstance(kept, Smoothed):
-        if gains.smoothing.imu:
-            felt = felt_of(sensed.robot, sensed.measurement, rates.rates)
-        kept, body = smoothed(gains.smoothing, kept, body, state.observer, sensed.dt, felt)
+    kept, body, told = smoothed_body(gains.smoothing, state, body, rates, sensed)
     observer, raw = observe(gains.observer, state.observer, body, sensed.dt)
     push, estimate = estimate_of(gains, state.push, body, raw, sensed)
-    return State(rates, kept, observer, push), estimate, bias_signals(kept)
+    return State(rates, kept, observer, push), estimate, told
 
 
 def commanded(gains: Any, state: State, estimate: Estimate, rotors: Wrench, dt: float) -> State:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Sequence
 
+import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
@@ -16,6 +17,8 @@ from skylimb.flight.drivers.native.library import callback_library, control_call
 from skylimb.flight.takeoff import Takeoff
 from skylimb.simulation.engine_timer import without_timer
 from skylimb.simulation.robot_bodies import TIP_SITE
+
+_PLACES = tuple(int(getattr(mujoco.mjtState, f"mjSTATE_{name}")) for name in ("QPOS", "QVEL", "ACT"))
 
 
 class LockStep:
@@ -51,6 +54,14 @@ class LockStep:
         self._tip = first.plant.model.site(TIP_SITE).id
         self.flights = [self._begun(place, takeoff) for place, takeoff in enumerate(takeoffs)]
         self.asked, self.gains = [np.zeros(0)] * places, [np.zeros(0)] * places
+        self._first = [(b"", np.zeros(0))] * places  # record and engine's state before the first tick
+        self._parts = [
+            (
+                begin := mujoco.mj_stateSize(first.plant.model, bit - 1),
+                begin + mujoco.mj_stateSize(first.plant.model, bit),
+            )
+            for bit in _PLACES
+        ]
         self._seat(range(places))
 
     @property
@@ -81,6 +92,22 @@ class LockStep:
                 step_flights(self._batch, self.flights, going, ticks * self._substeps)
         return np.array([self.flights[place].flown for place in places]) - before
 
+    def again(self, place: int, qpos: np.ndarray, qvel: np.ndarray, act: np.ndarray) -> None:
+        """Begin a place's flight again, elsewhere: (nq,), (nv,) and (na,) of the engine; not with events.
+
+        Some tens of times sooner than `restart`. References and gains that were written stay as they are.
+        """
+        flight, (record, first) = self.flights[place], self._first[place]
+        asked = flight.record.references.value  # the field itself is a view of the record
+        ctypes.memmove(ctypes.byref(flight.record), record, ctypes.sizeof(flight.record))
+        flight.record.references = asked
+        tick = flight.takeoff.tick.state
+        ctypes.memmove(flight.record.state[0], tick.ctypes.data, tick.nbytes)
+        state = self._batch.state[place]
+        state[:] = first
+        for part, (begin, end) in zip((qpos, qvel, act), self._parts, strict=True):
+            state[begin:end] = part
+
     def own_references(self, place: int) -> np.ndarray:
         """What a place's flight reads in place of `asked`: a copy, which may be written."""
         flight, own = self.flights[place], self.asked[place].copy()
@@ -106,3 +133,4 @@ class LockStep:
             self.asked[place] = flight.takeoff.rows.references
             gains = ctypes.cast(flight.record.gains, ctypes.POINTER(ctypes.c_double))
             self.gains[place] = np.ctypeslib.as_array(gains, (flight.takeoff.tick.gains.size,))
+            self._first[place] = bytes(flight.record), self._batch.state[place].copy()
