@@ -227,7 +227,7 @@ def costs(count: int, names: Names) -> Iterator[dict[str, Any]]:
         own = {key.removeprefix("controller."): value for key, value in changes.items()}
         step = traced_step(load_controller("following", robot, own), 1.0 / 200.0).function
         row = {"part": "cost", "draw": 0, "estimator": name, "operations": int(step.n_instructions())}
-        yield row | {"tick": cost("following", {"sensors.imu.on": "IMU" in name, **changes})}
+        yield row | {"tick": round(cost("following", {"sensors.imu.on": "IMU" in name, **changes}))}
 
 
 PARTS = {"open": opened, "bias": biased, "speeds": sped, "closed": closed, "cost": costs}
@@ -264,6 +264,8 @@ def same_lag(rows: Sequence[Changes], name: str) -> str:
         return "-"
     lags, noises = np.log(np.transpose(points))
     at = np.log(SAME_LAG)
+    if not lags[0] <= at <= lags[-1]:
+        return "-"
     k = int(np.clip(np.searchsorted(lags, at) - 1, 0, len(lags) - 2))
     slope = (noises[k + 1] - noises[k]) / (lags[k + 1] - lags[k])
     return f"{np.exp(noises[k] + slope * (at - lags[k])):.3f}"
@@ -288,7 +290,7 @@ def wrench_table(rows: Sequence[Changes]) -> str:
                 middle(numbers(hover, "error_rms")),
                 middle(numbers(board, "error_rms")),
                 middle(abs(numbers(board, "bias")), 1e3),
-                f"{timed[0]['tick']:.0f}, {timed[0]['operations']}" if timed else "-",
+                f"{timed[0]['tick'] or '-'}, {timed[0]['operations']}" if timed else "-",
             )
         )
     head = (
