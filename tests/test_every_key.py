@@ -20,8 +20,8 @@ from skylimb.simulation.surfaces import SURFACES
 
 UNITS = {
     "", "1/(N m)", "1/N", "1/m", "1/s", "1/s^2", "1/s^3", "1/s^4", "A", "Hz", "J", "N", "N m", "N m/A",
-    "N m/rad", "N m s/rad", "N s/m", "N s^2", "N/m", "N/s", "N^2/rad^2", "V", "kg", "kg m^2", "m", "m/N",
-    "m^2", "m/s", "m/s^2", "m/s^3", "rad", "rad/N", "rad/rad", "rad/s", "rad^2", "s",
+    "N m s", "N m/rad", "N m s/rad", "N s", "N s/m", "N s^2", "N/m", "N/s", "N^2/rad^2", "V", "kg",
+    "kg m^2", "m", "m/N", "m^2", "m/s", "m/s^2", "m/s^3", "rad", "rad/N", "rad/rad", "rad/s", "rad^2", "s",
 }  # fmt: skip
 
 

@@ -45,10 +45,10 @@ class WindowGains:
     torque: Annotated[
         float, Key("N m", "how far the external torque drifts in a second", above=0.0, high=1e3)
     ] = 0.1
-    linear: Annotated[float, Key("kg m/s", "error of a frame's momentum", above=0.0, high=100.0)] = 0.033
-    angular: Annotated[
-        float, Key("kg m^2/s", "error of a frame's angular momentum", above=0.0, high=10.0)
-    ] = 0.002
+    linear: Annotated[float, Key("N s", "error of a frame's momentum", above=0.0, high=100.0)] = 0.033
+    angular: Annotated[float, Key("N m s", "error of a frame's angular momentum", above=0.0, high=10.0)] = (
+        0.002
+    )
     doubt: Annotated[
         float,
         Key("", "by how much less the squares must be for a jump to be as likely as none", low=0.0, high=1e9),
