@@ -1,50 +1,62 @@
-"""The page of robots from their files: check, hover, touch and a line on a board, without a word of mapping.
+"""Robots from their files: check, hover, touch and a line on a surface, and whether check and flight agree.
 
-    python benchmarks/robots_table.py FILE.urdf ... > table.md
+    python benchmarks/robots_table.py [--lab FOLDER] [--only WORD ...] [--write]
 
-Robots that ship and multirotors with arms, made as their makers write them (`tests/helpers/armed_robots.py`),
-are flown as well. Times are of processor, s.
+Flown are the robots that ship, those of `robots_made.py`, and with `--lab` every robot of the laboratory in a
+folder of URDFs and packages. Each draws where its check says that its tip is foremost: on a wall, a floor or a
+ceiling. What was flown is kept in docs/robots.json, so that `--only` flies some anew; `--write` writes
+the table of docs/reports/robots.md. Times are of processor, s.
 """
 
 from __future__ import annotations
 
+import argparse
+import json
+import shutil
 import sys
 import tempfile
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "helpers"))
 
+from robots_made import ARMED, KINDS
+
 import skylimb
-from armed_robots import SIX, TWO, multirotor_with_arm
+from armed_robots import multirotor_with_arm
+from skylimb.apps.robot_import.checking import RobotReport
+from skylimb.apps.robot_import.report import verdict
 from skylimb.base.errors import SkylimbError
 
+DOCS = Path(__file__).parents[1] / "docs"
+PAGE, KEPT = DOCS / "reports" / "robots.md", DOCS / "robots.json"
+BEGIN, END = "<!-- files: written by benchmarks/robots_table.py -->", "<!-- end of files -->"
 BOARD = "board_tilted_hexarotor"
-FORCES = (1.0, 0.7, 0.5)
+SURFACES: dict[str, dict[str, Any]] = {
+    "wall": {},
+    "floor": {"contact_axis": [0.0, 0.0, -1.0], "surface.position": [0.6, 0.0, 0.5]},
+    "ceiling": {"contact_axis": [0.0, 0.0, 1.0], "surface.position": [0.6, 0.0, 2.0]},
+}
+FORCES = (1.0, 0.7, 0.5, 0.3, 0.2)
 """Forces that are tried, N: with more a robot may be refused for a yaw that is too weak."""
+WANTED = 0.008  # m
+HEAD = (
+    "| robot | edits | check: hover, touch | flown: hover | where | force, N | line, mm | touch | done "
+    "| s: check, hover, line |",
+    "|---|---|---|---|---|---|---|---|---|---|",
+)
 
-ARM = {"joints": TWO}
-MADE: dict[str, dict] = {
-    "quadrotor, 2 joints": ARM,
-    "quadrotor, 2 joints, tool's z forward": {**ARM, "tool": "0 1.5708 0"},
-    "quadrotor, 1 joint": {"joints": TWO[:1], "stick": 0.2},
-    "quadrotor, 3 joints": {"joints": (*TWO, ("wrist_pitch", "0 1 0", 0.08))},
-    "quadrotor, plain names": {"joints": (("m1", "0 1 0", 0.25), ("m2", "0 1 0", 0.25))},
-    "quadrotor, stick": {"joints": (), "stick": 0.45},
-    "hexarotor, 2 joints": {**ARM, "rotors": 6, "place": 0.32, "mass": 2.2},
-    "hexarotor, 6 joints": {"joints": SIX, "rotors": 6, "place": 0.32, "mass": 2.2},
-    "hexarotor, stick": {"joints": (), "stick": 0.5, "rotors": 6, "place": 0.32, "mass": 2.2},
-    "octorotor, 6 joints": {"joints": SIX, "rotors": 8, "place": 0.36, "mass": 3.0, "radius": 0.1},
-    "tilted hexarotor, stick": {"joints": (), "stick": 0.4, "rotors": 6, "place": 0.32, "cant": 0.3},
-    "tilted hexarotor, 2 joints": {**ARM, "rotors": 6, "place": 0.32, "mass": 2.2, "cant": 0.3},
-    "tilted octorotor, 6 joints": {
-        "joints": SIX, "rotors": 8, "place": 0.36, "mass": 3.0, "radius": 0.1, "cant": 0.3,
-    },
-}  # fmt: skip
-"""What `multirotor_with_arm` makes of each."""
+
+class Entry(NamedTuple):
+    """A robot of the table: its group, name, file, and mapping."""
+
+    group: str
+    name: str
+    path: Path
+    mapping: str = ""
 
 
 def timed(work: Callable[[], object]) -> tuple[Any, float]:
@@ -54,55 +66,149 @@ def timed(work: Callable[[], object]) -> tuple[Any, float]:
     try:
         found = work()
     except SkylimbError as error:
-        found = str(error).split(";")[0]
-    return found, time.process_time() - begin
+        found = str(error)
+    return found, round(time.process_time() - begin, 1)
 
 
-def row(name: str, path: Path, folder: Path, *, ships: bool = False) -> str:
-    """A line of the table."""
-    robot = str(path) if ships else str(folder / "robot")
-    work = (lambda: skylimb.check_robot_file(path)) if ships else lambda: skylimb.import_robot(path, robot)
-    report, checking = timed(work)
-    if isinstance(report, str):
-        return f"| {name} | refused: {report[:80]} | | | | | |"
-    hover, touch = ("yes" if yes else "no" for yes in (report.can_hover, report.can_touch))
+def entries(lab: Path | None, folder: Path) -> Iterator[Entry]:
+    """All robots of the table."""
+    for name in skylimb.list_robots():
+        yield Entry("ships", name, Path(name))
+    for path in sorted(lab.rglob("*.urdf")) if lab else ():
+        yield Entry("lab", path.stem, path)
+    for path in sorted(lab.rglob("*.urdf.xacro")) if lab else ():
+        if path.parent.parent.name == "quad":
+            yield Entry("lab", f"{path.parents[3].name}, {path.parent.name}", path)
+        elif path.parent.name == "quad":
+            yield Entry("lab", f"{path.parents[2].name}, {path.name.removesuffix('.urdf.xacro')}", path)
+    for group, made in (("kinds", KINDS), ("arms", ARMED)):
+        for k, (name, (given, mapping)) in enumerate(made.items()):
+            yield Entry(group, name, multirotor_with_arm(folder / f"{group}{k}.urdf", **given), mapping)
+
+
+def flown(entry: Entry, folder: Path) -> dict[str, Any]:
+    """What check and flights say of a robot."""
+    robot = entry.name if entry.group == "ships" else str(folder / "robot")
+    mapping = folder / "mapping.toml"
+    mapping.write_text(entry.mapping, encoding="utf-8")
+
+    def checked(*, mend: bool = False) -> RobotReport:
+        if entry.group == "ships":
+            return skylimb.check_robot_file(robot)
+        shutil.rmtree(robot, ignore_errors=True)
+        return skylimb.import_robot(entry.path, robot, mapping=mapping, mend=mend)
+
+    said, checking = timed(checked)
+    row: dict[str, Any] = {"group": entry.group, "name": entry.name, "edits": len(entry.mapping.splitlines())}
+    if isinstance(said, str):
+        return {**row, "refused": said}
+    if any("inertia of link" in reason.what for reason in said.reasons):
+        said, checking = timed(lambda: checked(mend=True))
+        row["edits"] = "`--mend`"
+    row |= {"hover": said.can_hover, "touch": said.can_touch, "check_s": checking}
+    row["why"] = "" if said.can_touch else verdict(said)
     free = {"robot": robot, "posture.waypoints": [], "stop_at": 5.0}
-    hovered, _ = timed(lambda: skylimb.run("free_flight", "following", set=free))
-    flown = hovered if isinstance(hovered, str) else hovered.status == "STOPPED"
-    line, taken = "", 0.0
-    for force in FORCES if report.can_touch else ():
-        keys = {"robot": robot, "controller.translation.force": force}
-        run, taken = timed(lambda keys=keys: skylimb.run(BOARD, "following", set=keys))
+    hovered, row["hover_s"] = timed(lambda: skylimb.run("free_flight", "following", set=free))
+    row["flown"] = hovered if isinstance(hovered, str) else hovered.status == "STOPPED"
+    return row | drawn(robot, said) if said.can_touch else row
+
+
+def where(report: RobotReport) -> str:
+    """The surface that the tip can touch."""
+    if report.actuation is None or report.actuation.ahead:
+        return "wall"
+    return "floor" if report.actuation.touch.direction[2] < 0.0 else "ceiling"
+
+
+def drawn(robot: str, report: RobotReport) -> dict[str, Any]:
+    """What a line on a surface comes to, with the first force that take-off allows."""
+    row: dict[str, Any] = {"where": where(report)}
+    for force in FORCES:
+        keys = {"robot": robot, "controller.translation.force": force, **SURFACES[row["where"]]}
+        run, row["line_s"] = timed(lambda keys=keys: skylimb.run(BOARD, "following", set=keys))
         if not isinstance(run, str):
-            score = run.metrics["pen_line_rms"]
-            line = (
-                "lost"
-                if score is None
-                else f"{1e3 * score:.1f} mm, touch {run.metrics['contact_fraction']:.2f}"
-            )
-            line += f", {force:g} N, {'done' if run.metrics['done'] else 'not done'}"
-            break
-        line = f"refused: {run[:70]}"
-    said = "yes" if flown is True else "no" if flown is False else f"refused: {flown[:60]}"
-    return f"| {name} | {hover} | {said} | {touch} | {line} | {checking:.1f} | {taken:.1f} |"
+            found = run.metrics
+            row |= {"force": force, "line": found["pen_line_rms"], "done": bool(found["done"])}
+            row |= {"touched": found["contact_fraction"], "missed": list(found["missed"])}
+            return row
+        row["stopped"] = run
+    return row
+
+
+def agree(row: dict[str, Any]) -> bool:
+    """Whether the flight does what the check says: hovers or not, and touches where the tip is foremost."""
+    if "refused" in row:
+        return True
+    hovers = row["flown"] is True
+    touches = not row["touch"] or "line" in row or "cannot touch" not in row.get("stopped", "")
+    return hovers == row["hover"] and touches
+
+
+def line(row: dict[str, Any]) -> str:
+    """A line of the table."""
+    if "refused" in row:
+        return f"| {row['name']} | {row['edits']} | refused: {row['refused'][:90]} | | | | | | | |"
+    said = ", ".join("yes" if row[key] else "no" for key in ("hover", "touch"))
+    hover = "yes" if row["flown"] is True else "no" if row["flown"] is False else "refused"
+    times = ", ".join(f"{row[key]:.1f}" for key in ("check_s", "hover_s", "line_s") if key in row)
+    ends = ["", "", "", "", ""]
+    if "line" in row:
+        length = "lost" if row["line"] is None else f"{1e3 * row['line']:.1f}"
+        touched = "" if row["touched"] is None else f"{row['touched']:.2f}"
+        ends = [row["where"], f"{row['force']:g}", length, touched, "yes" if row["done"] else "no"]
+    elif "stopped" in row:
+        ends = [row["where"], f"refused: {row['stopped'][:110]}", "", "", ""]
+    return f"| {row['name']} | {row['edits']} | {said} | {hover} | {' | '.join(ends)} | {times} |"
+
+
+def table(rows: list[dict[str, Any]]) -> str:
+    """The table, and a summary of it."""
+    flew = [row for row in rows if row.get("line") is not None]
+    within = sum(row["line"] <= WANTED for row in flew)
+    differ = [row["name"] for row in rows if not agree(row)]
+    return "\n".join(
+        (
+            f"{len(rows)} robots. Check and flight "
+            + ("agree on all" if not differ else f"DISAGREE on {', '.join(differ)}")
+            + f". {within} of {len(flew)} lines are within {1e3 * WANTED:g} mm; "
+            f"{sum(row['done'] for row in flew)} flights are done.\n",
+            *HEAD,
+            *map(line, rows),
+        )
+    )
+
+
+def kept() -> dict[str, dict[str, Any]]:
+    """The rows that were flown so far."""
+    return json.loads(KEPT.read_text(encoding="utf-8")) if KEPT.exists() else {}
 
 
 def main() -> None:
-    """Print the table."""
+    """Fly, keep, and print or write the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--lab", type=Path)
+    parser.add_argument("--only", nargs="*", default=[])
+    parser.add_argument("--write", action="store_true")
+    given = parser.parse_args()
     warnings.simplefilter("ignore")
-    print("| robot | check: hover | flown: hover | check: touch | line on a board | check, s | flight, s |")
-    print("|---|---|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as place:
-        rows = [(name, Path(name), True) for name in skylimb.list_robots()]
-        rows += [(Path(word).stem, Path(word), False) for word in sys.argv[1:]]
-        rows += [
-            (name, multirotor_with_arm(Path(place) / f"made{k}.urdf", **given), False)
-            for k, (name, given) in enumerate(MADE.items())
-        ]
-        for k, (name, path, ships) in enumerate(rows):
+        for k, entry in enumerate(entries(given.lab, Path(place))):
+            key = f"{entry.group}: {entry.name}"
+            if given.only and not any(word in key for word in given.only):
+                continue
             folder = Path(place) / str(k)
             folder.mkdir()
-            print(row(name, path, folder, ships=ships), flush=True)
+            row = flown(entry, folder)
+            print(line(row), "" if agree(row) else "DISAGREE", flush=True)
+            KEPT.write_text(json.dumps({**kept(), key: row}, indent=1) + "\n", encoding="utf-8")
+    if given.write:
+        order = ("ships", "lab", "kinds", "arms")
+        rows = sorted(kept().values(), key=lambda row: order.index(row["group"]))
+        page = PAGE.read_text(encoding="utf-8")
+        before, _, rest = page.partition(BEGIN)
+        PAGE.write_text(
+            f"{before}{BEGIN}\n\n{table(rows)}\n\n{END}{rest.partition(END)[2]}", encoding="utf-8"
+        )
 
 
 if __name__ == "__main__":

@@ -243,11 +243,11 @@ def test_the_centre_of_gravity_stands_behind_the_tips_reference(make_inputs: Mak
     at = make_inputs(
         contact=ENGAGED._replace(anchor=0.15), arm=ARM, reference={"tip_position": tip, "position": own}
     )
-    target = following.cog_target(numeric(gains), at)
+    target = following.cog_target(numeric(gains), at, ARM)
     np.testing.assert_allclose(target[1:], (pen * (tip - ARM) + (1.0 - pen) * own)[1:], atol=1e-12)
     assert target[0] == pytest.approx(0.15)
     led = at._replace(contact=IN_THE_AIR._replace(axis_position=1.2, anchor=0.15))
-    assert following.cog_target(numeric(gains), led)[0] == pytest.approx(1.2 - ARM[0])
+    assert following.cog_target(numeric(gains), led, ARM)[0] == pytest.approx(1.2 - ARM[0])
 
 
 # ---- along the contact axis ----

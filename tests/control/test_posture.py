@@ -44,5 +44,5 @@ def test_another_reach_moves_the_posture_along_the_family(robot: Robot, reach: f
 def test_the_robot_turns_so_that_the_tip_link_keeps_its_heading(robot: Robot, align: float) -> None:
     nominal = float(robot.at(Q, PSI).tip_heading)
     found = float(heading_of(robot, nominal + 0.2, REFERENCE._replace(align=align)))
-    # With align = 1 the tip link's own heading, that of {C} and of the link in {C}, is the reference's.
+    # With align = 1 the robot's own heading, that of {C} and of the tool in {C}, is the reference's.
     assert found + nominal + align * 0.2 == pytest.approx(0.4)

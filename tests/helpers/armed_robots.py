@@ -32,8 +32,15 @@ def multirotor_with_arm(
     stick: float = 0.0,
     tool: str = "0 0 0",
     limit: float = 1.57,
+    mount: str = "0.1 0 -0.06",
+    turned: str = "0 0 0",
+    layers: tuple[float, ...] = (0.05,),
+    turning: float = 0.0,
+    least: float = 0.0,
+    heavy: float = 0.0,
+    ahead: float = 0.5,
 ) -> Path:
-    """Write a multirotor with an arm under its nose that ends in a fixed link called `tool0`.
+    """Write a multirotor with an arm that ends in a fixed link called `tool0`, by default under its nose.
 
     Args:
         path: of the URDF.
@@ -47,26 +54,52 @@ def multirotor_with_arm(
         cant: turn of each rotor about its arm, in turn to both sides, rad.
         tool: roll, pitch and yaw of the tool's frame.
         limit: of every joint, rad.
+        mount: where arm or stick begin, m.
+        turned: roll, pitch and yaw of the arm's or stick's x axis there.
+        layers: heights of the rotors, m; with two, each place has two rotors that turn against each other.
+        turning: travel of a joint along each rotor's arm that turns it, rad; 0 where there is none.
+        least: thrust of a rotor, N.
+        heavy: mass of a battery in the nose, kg.
+        ahead: where the first rotor is, in rotors from the nose; 0 for one right there.
     """
-    parts = [_link("base_link", mass, 0.1, _box("0.2 0.2 0.08", "0 0 0"))]
-    for k in range(rotors):
-        angle, sign = 2.0 * math.pi * (k + 0.5) / rotors, 1 if k % 2 else -1
+    whole = mass + heavy
+    middle = f"{0.15 * heavy / whole} 0 0"
+    parts = [_link("base_link", whole, 0.1, _box("0.2 0.2 0.08", "0 0 0"), middle)]
+    for k in range(rotors * len(layers)):
+        corner, layer = k % rotors, k // rotors
+        angle, sign = 2.0 * math.pi * (corner + ahead) / rotors, 1 if (corner + layer) % 2 else -1
+        if rotors % 2 and len(layers) == 2:
+            sign = 1 if layer else -1
         x, y = place * math.cos(angle), place * math.sin(angle)
+        above, at, canted = "base_link", f"{x} {y} {layers[layer]}", f"{cant * sign} 0 {angle}"
+        if turning:
+            parts.append(_link(f"arm_{k}", 0.05, 0.02, ""))
+            parts.append(
+                _joint(
+                    f"gimbal{k + 1}", "revolute", above, f"arm_{k}", "1 0 0", at,
+                    f'<limit lower="{-turning}" upper="{turning}" effort="3" velocity="5"/>', f"0 0 {angle}",
+                )
+            )  # fmt: skip
+            above, at, canted = f"arm_{k}", "0 0 0", f"{cant * sign} 0 0"
         disc = f'<visual><geometry><cylinder radius="{radius}" length="0.01"/></geometry></visual>'
         parts.append(_link(f"propeller_{k}", 0.02, 0.05, disc))
         parts.append(
             _joint(
                 f"rotor_{k}_joint",
                 "continuous",
-                "base_link",
+                above,
                 f"propeller_{k}",
                 f"0 0 {sign}",
-                f"{x} {y} 0.05",
-                f'<limit lower="0" upper="{thrust}" effort="10" velocity="1000"/>',
-                f"{cant * sign} 0 {angle}",
+                at,
+                f'<limit lower="{least}" upper="{thrust}" effort="10" velocity="1000"/>',
+                canted,
             )
         )
-    above, at = "base_link", "0.1 0 -0.06"
+    above, at = "base_link", mount
+    if turned != "0 0 0":
+        parts.append(_link("mount", 0.01, 0.02, ""))
+        parts.append(_joint("mount_fixed", "fixed", above, "mount", "1 0 0", at, "", turned))
+        above, at = "mount", "0 0 0"
     for name, axis, length in joints:
         child = name.replace("_pitch", "").replace("_yaw", "_turn") + "_link"
         rod = _box(f"{length} 0.02 0.02", f"{0.5 * length} 0 0")

@@ -1,7 +1,7 @@
 """The side force of the rotational thrusts, and its compensation.
 
 eq:thrust rotation 1 and the sentence before it take lambda_r to be a pure torque. With tilted rotors
-Q_t pinv(Q_r) is not zero: for hydrus_xi_quad at theta = pi/6 with the tip link along x, a newton metre of
+Q_t pinv(Q_r) is not zero: for hydrus_xi_quad at theta = pi/6 with the heading along x, a newton metre of
 yaw torque pushes with about (1.1, 0.7, -0.5) N in W. On one sign of the board's slope the contact's yaw
 torque then unloads the pen, on the other it feeds back positively. Taking the low-passed leak off the wanted
 force before the attitude target is formed cures it. Off in the paper's presets.

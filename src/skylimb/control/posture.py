@@ -28,11 +28,11 @@ def posture_of(family: ReachFamily, table: VectoringTable, reach: Any, reference
 
 
 def heading_of(robot: Robot, tip_heading: Any, reference: Reference) -> Any:
-    """The heading of {C}, rad, that puts the tip link on its own, as the joints turn.
+    """The heading of {C}, rad, that puts the robot's heading on its own, as the joints turn.
 
     Args:
         robot: the controller's model.
-        tip_heading: of the tip link in {C} at the measured angles, rad.
+        tip_heading: the heading (of tool or root) in {C} at the measured angles, rad.
         reference: of this tick.
     """
     nominal = robot.at(reference.joint_angles, reference.vectoring_angles).tip_heading

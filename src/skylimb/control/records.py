@@ -32,7 +32,7 @@ class TipMove(NamedTuple):
     Attributes:
         position: W, m, (3,).
         velocity: W, m/s, (3,).
-        rotation: of the tip link from its nominal attitude, a vector along its axis, W, rad, (3,).
+        rotation: of the tool from its nominal attitude, a vector along its axis, W, rad, (3,).
         rotation_rate: of the target, that of the task's own axes included, W, rad/s, (3,).
     """
 

@@ -30,11 +30,23 @@ def inputs_at(
 
 
 def kind_of(robot: Robot) -> str:
-    """What a robot without vectoring does for a side force: "tilting" or "pushing"; else "vectoring"."""
+    """What a robot does for a side force: "tilting" or "pushing"; "vectoring" where its links carry rotors.
+
+    A multirotor whose arms turn counts as tilting: its body is as light, and its arms turn slowly.
+    """
     if robot.n_vectoring:
-        return "vectoring"
+        return "vectoring" if carried_by_joints(robot) else "tilting"
     wrench = robot.wrench_function(robot.nominal_posture(), np.zeros(0)).full()
     return "pushing" if np.linalg.matrix_rank(wrench, rtol=_PUSHES) == 6 else "tilting"
+
+
+def carried_by_joints(robot: Robot) -> bool:
+    """Whether a joint that bends the robot moves a rotor."""
+    if not robot.n_joints:
+        return False
+    q, psi = robot.nominal_posture(), robot.description.vectoring_start
+    still, bent = robot.link_poses(q, psi), robot.link_poses(q + 0.5, psi)
+    return not all(np.allclose(bent[r.link][0], still[r.link][0]) for r in robot.description.rotors)
 
 
 def not_given(matrix: np.ndarray) -> str:

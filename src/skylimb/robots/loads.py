@@ -12,7 +12,7 @@ from skylimb.robots.model import Robot
 
 @functools.lru_cache(maxsize=16)
 def loads_function(robot: Robot) -> ca.Function:
-    """(q, psi) -> C, V, J_c, J_r and r of `skylimb.base.statics`,, root axes; the tip link's heading, rad.
+    """(q, psi) -> C, V, J_c, J_r and r of `skylimb.base.statics`, root axes; the heading, rad.
 
     Joints are those of the shape, then those of the vectoring.
     """

@@ -139,7 +139,7 @@ def test_other_robots_push_as_can_be_held_in_any_direction(name: str) -> None:
 
 
 def stance_by_the_model(robot: Robot, q: np.ndarray, psi: np.ndarray) -> Stance:
-    """A stance of the tip link's heading along W's x."""
+    """A stance whose heading is along W's x."""
     C, V, J_c, J_r, r, heading = (part.full() for part in loads_function(robot)(q, psi))
     description = robot.description
     low, high = np.array([[one.thrust_min, one.thrust_max] for one in description.rotors]).T

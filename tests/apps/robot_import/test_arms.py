@@ -84,12 +84,16 @@ def test_where_a_tools_axes_point_changes_nothing(tmp_path: Path) -> None:
         ({"joints": TWO[:1], "stick": 0.2}, 0.7),
         ({"joints": SIX, "rotors": 6, "place": 0.32, "mass": 2.2}, 1.0),
         ({"joints": (), "rotors": 6, "cant": 0.3, "place": 0.32, "stick": 0.4}, 1.0),
+        ({"joints": SIX, "rotors": 8, "cant": 0.3, "place": 0.36, "mass": 3.0, "radius": 0.1}, 1.0),
+        ({"joints": (), "stick": 0.45, "turning": 1.5}, 1.0),
     ],
     ids=[
         "quadrotor with two joints",
         "quadrotor with one joint",
         "hexarotor with six joints",
         "tilted hexarotor with a stick",
+        "tilted octorotor with six joints",
+        "quadrotor whose arms turn",
     ],
 )
 def test_it_draws_a_circle_within_8_mm(tmp_path: Path, given: dict, force: float) -> None:
@@ -102,9 +106,51 @@ def test_it_draws_a_circle_within_8_mm(tmp_path: Path, given: dict, force: float
     assert run.metrics["contact_fraction"] > 0.99
 
 
+POSTURE = """[posture]
+offset = [1.2, 0.0]
+slope = [0.0, 0.6]
+theta_min = 0.3
+theta_max = 1.0
+theta_nominal = 0.6
+"""
+
+
+@pytest.mark.parametrize(
+    ("given", "posture"),
+    [
+        ({"joints": (), "stick": 0.45, "mount": "0 0 0", "turned": DOWN}, ""),
+        ({"joints": TWO}, POSTURE),
+        ({"joints": TWO, "rotors": 6, "place": 0.32, "mass": 2.2}, POSTURE),
+    ],
+    ids=["stick", "two joints", "two joints under a hexarotor"],
+)
+def test_with_its_tool_down_it_draws_a_circle_on_the_floor(tmp_path: Path, given: dict, posture: str) -> None:
+    (tmp_path / "mapping.toml").write_text(posture)
+    path = multirotor_with_arm(tmp_path / "made.urdf", **given)
+    skylimb.import_robot(path, tmp_path / "robot", mapping=tmp_path / "mapping.toml")
+    floor = {"contact_axis": [0.0, 0.0, -1.0], "surface.position": [0.6, 0.0, 0.5]}
+    run = skylimb.run("board_tilted_hexarotor", "following", set={"robot": str(tmp_path / "robot"), **floor})
+    assert run.metrics["done"], run.metrics["missed"]
+    assert run.metrics["pen_line_rms"] < 0.008
+    assert run.metrics["contact_fraction"] > 0.99
+
+
+def test_a_bare_frame_that_is_called_a_tool_is_the_tip_of_a_stick_that_is_short(tmp_path: Path) -> None:
+    given: dict = {"joints": (), "stick": 0.25, "mount": "0 0 0", "turned": DOWN}
+    report = check_robot_file(multirotor_with_arm(tmp_path / "made.urdf", **given))
+    assert report.description.tip.link == "tool0"
+    assert report.actuation is not None
+    np.testing.assert_allclose(report.actuation.touch.direction, [0.0, 0.0, -1.0], atol=1e-6)
+
+
 @pytest.mark.parametrize(
     ("name", "kind"),
-    [("hydrus_quad", "tilting"), ("tilted_hexarotor", "pushing"), ("hydrus_xi_quad", "vectoring")],
+    [
+        ("hydrus_quad", "tilting"),
+        ("tilted_hexarotor", "pushing"),
+        ("hydrus_xi_quad", "vectoring"),
+        ("tiltable_hexarotor", "tilting"),
+    ],
 )
 def test_the_kind_of_a_robot(name: str, kind: str) -> None:
     assert kind_of(skylimb.load_robot(name)) == kind

@@ -37,7 +37,7 @@ class LinkFrames(NamedTuple):
     Attributes:
         cog: centre of gravity, m, (3,).
         R_root_C: axes of C, (3, 3).
-        tip_heading: of the tip link in C, rad.
+        tip_heading: the heading (of tool or root) in C, rad.
         link: origin of the lab's link, m, (3,).
         R_root_link: its axes, (3, 3).
     """

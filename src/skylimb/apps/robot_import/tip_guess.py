@@ -31,7 +31,7 @@ def guess_tip(tree: UrdfTree, roles: Roles, doubts: list[Doubt]) -> TipSection:
     """The end of the last link of the longest chain; of a robot that does not bend, that of its stick or arm.
 
     Ends are origins of links that are fixed to that link, and ends of cylinders, faces of boxes and spheres
-    that draw them; an arm may end in a frame that is called tool or tip. Where none is far enough out, a
+    that draw them; a frame that is called tool or tip comes first. Where none is far enough out, a
     chain ends as far behind its last joint as that is behind the one before it, and a robot that does not
     bend gets a stick in front of its rotors.
     """
@@ -51,7 +51,7 @@ def guess_tip(tree: UrdfTree, roles: Roles, doubts: list[Doubt]) -> TipSection:
         assumed = TipSection(last, (round(reach + _STICK, 4), 0.0, 0.0), _RADIUS, (0.0, 0.0, 0.0))
     rotors = {rotor.link for rotor in roles.rotors}
     named = [link for link in tree.subtree(last, fixed=True) if _TOOL.search(link) and not tree.below(link)]
-    if links and len(named) == 1:
+    if len(named) == 1 and (links or _bare(tree.link(named[0]))):
         doubts.append(
             Doubt("the tip", f"is taken to be link '{named[0]}', by its name", "say [tip] otherwise")
         )
@@ -64,6 +64,11 @@ def guess_tip(tree: UrdfTree, roles: Roles, doubts: list[Doubt]) -> TipSection:
     value = f"is not said; ({x:g}, {y:g}, {z:g}) m of link '{last}' is {why}"
     doubts.append(Doubt("the tip", value, "say [tip] in a mapping file"))
     return tip
+
+
+def _bare(link: Element | None) -> bool:
+    """Whether a link is a frame only; on the body, one of a tool's name may hold a tool that is drawn."""
+    return link is None or len(link) == 0
 
 
 def _distance(end: End) -> float:

@@ -86,7 +86,7 @@ def plan_mission(
         position=position,
         velocity=velocity * velocity_sent,
         acceleration=acceleration * acceleration_sent,
-        # The robot keeps its own heading; the tip link turns with the posture.
+        # The robot keeps its own heading; the tool turns with the posture.
         heading=heading + posture.tip_heading(clock.since_slide),
         reach=np.full(count, posture.reach),
         joint_angles=posture.joint_angles(clock.since_slide),

@@ -31,12 +31,12 @@ class PosturePlan:
 
     Attributes:
         reach: r_ref, m.
-        tip: from the centre of gravity to the tip in the level robot whose tip link points along x, m, (3,).
+        tip: from the centre of gravity to the tip in the level robot whose heading is along x, m, (3,).
         tip_radius: m.
         duration: time that the plan takes, s; 0 for a posture that stays.
         joint_angles: times (k,) -> q (k, nq), rad.
         vectoring_angles: times (k,) -> psi (k, nv), rad.
-        tip_heading: times (k,) -> yaw of the tip link in C less that of the first posture, (k,), rad.
+        tip_heading: times (k,) -> the heading in C less that of the first posture, (k,), rad.
     """
 
     reach: float

@@ -16,13 +16,13 @@ class Reference(NamedTuple):
         position: of the centre of gravity in W, m, (3,).
         velocity: m/s, zero when positions alone are sent.
         acceleration: m/s^2, zero when positions alone are sent.
-        heading: of the tip link about W's z in the nominal posture, rad.
-        reach: tip to centre of gravity along the tip link, m (r_ref of eq:admittance control).
+        heading: about W's z in the nominal posture, rad.
+        reach: tip to centre of gravity along the heading, m (r_ref of eq:admittance control).
         joint_angles: nominal posture q, rad; the shape law's change of reach comes on top of it.
         vectoring_angles: nominal psi of that posture, rad.
         contact_axis: unit vector in W pointing from the robot into the surface, (3,).
         tare: 1 while the observer's bias is averaged, else 0.
-        align: 1 to turn the whole robot so that the tip link keeps its heading though the joints give way,
+        align: 1 to turn the whole robot so that it keeps its heading though the joints give way,
             else 0.
         adapt: 1 while the shape law may answer to force, else 0.
         tip_position: of the tip on its path over the nominal surface, in W, m, (3,): before the approach it

@@ -51,7 +51,7 @@ class TaskPosture:
     Attributes:
         joint_angles: q, rad, (nq,).
         vectoring_angles: psi, rad, (nv,).
-        heading: of the tip link beside the contact axis, rad.
+        heading: beside the contact axis, rad.
         thrusts: while it presses, N, (k, n).
         margins: torque that is left about any axis, N m, (k,).
         share: of the pushes that is held.

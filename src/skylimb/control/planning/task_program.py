@@ -25,7 +25,7 @@ from skylimb.robots.model import Robot
 from skylimb.symbolic import right_inverse
 
 _TURN = 0.6
-"""Greatest heading of the tip link beside the contact axis, rad."""
+"""Greatest heading beside the contact axis, rad."""
 
 _FACING = 1e-6
 """Keeps the derivative of how far a disc reaches finite where it faces the surface."""
@@ -129,7 +129,7 @@ def _load_function(robot: Robot) -> ca.Function:
     sizes = ca.sqrt(ca.sum2(scale * scale))
     least, high = robot.thrust_limits()
     rooms = ca.vertcat((thrusts - least) / sizes, (high - thrusts) / sizes)
-    # The normal seen by the robot as it leans, with its tip link's heading at yaw: how far points are off.
+    # The normal seen by the robot as it leans, with its heading at yaw: how far points are off.
     state = robot.model(there, psi)
     off = turned_back(lean, ca.SX(rot_z(state.tip_heading - yaw)) @ normal)
     poses = robot.link_pose_function(*(rotor.link for rotor in rotors)).call([there, psi])

@@ -32,7 +32,7 @@ def tip_force_map(state: RobotState) -> Array:
         state: the model at some joint and vectoring angles, in numbers or in CasADi symbols.
 
     Returns:
-        (3, 3) in the tip's heading frame, which is {C} turned about its z axis until x is along the tip link.
+        (3, 3) in the tip's heading frame, which is {C} turned about its z axis until x is along the heading.
     """
     Q = state.allocation_C
     S = hat(state.tip_C)

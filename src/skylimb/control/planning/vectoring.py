@@ -6,25 +6,31 @@ robot that comes with the package, else in the user's cache folder (`planning.ve
 
 from __future__ import annotations
 
+import contextlib
 import functools
+import logging
 from dataclasses import replace
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from skylimb.base.errors import ConfigError
+from skylimb.base.errors import AllocationError, ConfigError
 from skylimb.base.keys import choice_problem
 from skylimb.control.planning import vectoring_files
+from skylimb.control.planning.hover_margins import hover_margins_function
 from skylimb.control.planning.posture import posture_family, standing
 from skylimb.control.planning.series import within
 from skylimb.control.planning.vectoring_criteria import CONTACT, TORQUE, VectoringCriteria
-from skylimb.control.planning.vectoring_search import evaluate
+from skylimb.control.planning.vectoring_search import NoPathError, evaluate
 from skylimb.control.planning.vectoring_step import first_vectoring
 from skylimb.robots import Robot
 from skylimb.symbolic import is_symbolic
 
 PURPOSES = {criteria.purpose: criteria for criteria in (TORQUE, CONTACT)}
+_log = logging.getLogger(__name__)
+_SPARED = 0.8
+"""Share of their torque that servos keep to where the angles of most torque ask for more than all of it."""
 ONLINE = "online"
 """Purpose of angles that a controller plans in flight: the table has those of the nominal posture only."""
 
@@ -104,9 +110,7 @@ def vectoring_table(robot: Robot, purpose: str = "torque", *, cache: bool = True
     robot = standing(robot, purpose)
     if purpose == ONLINE:
         return VectoringTable(robot, first_vectoring(robot).angles[:, None], ONLINE)
-    criteria = _criteria(purpose)
-    level = _level(robot, criteria)
-    coefficients, digest = vectoring_files.find_coefficients(level, criteria, cache=cache)
+    criteria, coefficients, digest = _found(robot, _criteria(purpose), cache=cache)
     return VectoringTable(robot, coefficients, digest, criteria.span(robot))
 
 
@@ -131,8 +135,8 @@ def vectoring_file(robot: Robot, purpose: str = "torque") -> tuple[str, str] | N
     """
     if purpose == ONLINE:
         return None
-    criteria, robot = _criteria(purpose), standing(robot, purpose)
-    coefficients, digest = vectoring_files.find_coefficients(_level(robot, criteria), criteria)
+    robot = standing(robot, purpose)
+    criteria, coefficients, digest = _found(robot, _criteria(purpose))
     text = vectoring_files.table_text(coefficients, digest, robot, criteria)
     return vectoring_files.table_file(criteria), text
 
@@ -142,6 +146,37 @@ def _criteria(purpose: str) -> VectoringCriteria:
     if problem is not None:
         raise ConfigError(f"purpose = {purpose!r} {problem}")
     return PURPOSES[purpose]
+
+
+def _found(
+    robot: Robot, criteria: VectoringCriteria, *, cache: bool = True
+) -> tuple[VectoringCriteria, np.ndarray, str]:
+    """The criteria that a table keeps, its coefficients and its digest.
+
+    Where the angles of most torque ask more of a bending joint's servo than it has in the nominal posture,
+    those of a search that spares the servos are taken, if it finds any. Where no angles keep a push across
+    the surface out of the pressing force, those of most torque are taken: the laws feel what leaks.
+    """
+    level = _level(robot, criteria)
+    try:
+        found = criteria, *vectoring_files.find_coefficients(level, criteria, cache=cache)
+    except NoPathError as error:
+        if not criteria.about_contact:
+            raise
+        _log.warning("%s; it flies with those of most torque", error)
+        return _found(robot, TORQUE, cache=cache)
+    if not robot.n_vectoring or not robot.n_joints:
+        return found
+    posture = robot.description.posture
+    q = posture.offset + posture.slope * posture.theta_nominal
+    psi = evaluate(found[1], *criteria.span(robot), posture.theta_nominal)
+    shares = hover_margins_function(robot)(q, psi)[2].full()
+    if np.all(np.abs(shares) <= 1.0):
+        return found
+    sparing = replace(criteria, servos=_SPARED)
+    with contextlib.suppress(AllocationError):
+        return sparing, *vectoring_files.find_coefficients(level, sparing, cache=cache)
+    return found
 
 
 def _level(robot: Robot, criteria: VectoringCriteria) -> Robot:

@@ -73,6 +73,16 @@ class VectoringCriteria:
             finite=False,
         ),
     ] = math.inf
+    servos: Annotated[
+        float,
+        Key(
+            "",
+            "share of each bending joint's servo that hover may take; inf where it does not count",
+            above=0.0,
+            high=math.inf,
+            finite=False,
+        ),
+    ] = math.inf
     reachable: Annotated[
         bool, Key("", "whether to search the postures within the joint limits, not all that are described")
     ] = False

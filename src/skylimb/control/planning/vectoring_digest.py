@@ -64,6 +64,8 @@ def _relevant(robot: Robot, criteria: VectoringCriteria) -> Iterator[Any]:
     # Only now, so that tables found before there were other criteria keep their digest.
     yield [criteria.thrust_margin, *criteria.span(robot)]
     yield f"leak {criteria.leak!r} sideways {criteria.sideways!r} effort {criteria.effort!r}"
+    if np.isfinite(criteria.servos):
+        yield [criteria.servos, *np.broadcast_to(description.shape_servos.torque_limit, robot.n_joints)]
     place = robot.placements[description.tip.link]
     yield [
         place.body,

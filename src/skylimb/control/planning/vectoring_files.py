@@ -52,7 +52,8 @@ def find_coefficients(
 
 def table_file(criteria: VectoringCriteria) -> str:
     """Name of the file of a table beside a robot's own files."""
-    return "vectoring.toml" if criteria == TORQUE else f"vectoring_{criteria.purpose}.toml"
+    spared = "_spared" if np.isfinite(criteria.servos) else ""
+    return "vectoring.toml" if criteria == TORQUE else f"vectoring_{criteria.purpose}{spared}.toml"
 
 
 def _stored(robot: Robot, criteria: VectoringCriteria, digest: str) -> np.ndarray:

@@ -7,7 +7,8 @@ coefficients:
     maximise   mean over theta of FCTmin  -  smoothing * mean of |dpsi/dtheta|^2
     subject to |hover tilt| <= tilt, |dpsi_i/dtheta| <= slope, thrust_min <= hover thrusts <= thrust_max
                at nodes spread over theta, and for contact |X_xy|, |X_xz| <= leak, X_yy >= sideways;
-               psi within the vectoring joints' limits where these have any.
+               psi within the vectoring joints' limits where these have any, and the shape joints' torques
+               within a share of their servos' where that counts.
 
 The program has many local optima. It starts from the optima of single postures, first with few coefficients,
 and the best few of those are refined with all of them. Every start is fixed, so the result is always the
@@ -26,6 +27,7 @@ from numpy.polynomial import chebyshev
 from skylimb.base.errors import AllocationError
 from skylimb.base.rotations import wrapped
 from skylimb.control.planning.control_torque import face_distances
+from skylimb.control.planning.joint_torque import joint_torque_function
 from skylimb.control.planning.lateral_effort import lateral_effort
 from skylimb.control.planning.nlp import ipopt, searches
 from skylimb.control.planning.tip_force import tip_force_map
@@ -130,6 +132,10 @@ def bounded_by(
         bounded += [lateral_effort(robot, q, psi)]
         low += [0.0] * 2
         high += [criteria.effort] * 2
+    if math.isfinite(criteria.servos):
+        bounded += [joint_torque_function(robot)(q, psi) / robot.description.shape_servos.torque_limit]
+        low += [-criteria.servos] * robot.n_joints
+        high += [criteria.servos] * robot.n_joints
     return faces, ca.vertcat(*bounded), low, high
 
 

@@ -31,6 +31,7 @@ import numpy as np
 
 from skylimb.base.keys import Key, Vector3, configuration
 from skylimb.control.estimation.records import Signals, Start
+from skylimb.control.hanging import slow_arm
 from skylimb.control.needs import Needs
 from skylimb.control.press import PLAIN, SATURATED, WAITING, wanted_force
 from skylimb.control.records import NOTHING, LawInput
@@ -153,6 +154,16 @@ class Gains:
     pen: Annotated[
         float, Key("", "1: the pen follows the path; 0: the centre of gravity does", low=0.0, high=1.0)
     ] = 1.0
+    hanging: Annotated[
+        float,
+        Key(
+            "",
+            "share of what a tilt moves a pen that hangs below the body which is made up for slowly; for "
+            "robots that tilt to go aside",
+            low=0.0,
+            high=1.0,
+        ),
+    ] = 0.0
 
 
 class State(NamedTuple):
@@ -163,12 +174,14 @@ class State(NamedTuple):
         tank: energy in the tank, J.
         rubbing: low-passed force in the sliding plane, N, (2,).
         swing: low-passed velocity of the pen about the centre of gravity, W, m/s, (3,).
+        hung: low-passed way by which the tilt has moved a pen that hangs, W, m, (3,).
     """
 
     integral: Any
     tank: Any
     rubbing: Array
     swing: Array
+    hung: Array = np.zeros(3)
 
 
 def needs(gains: Gains) -> Needs:
@@ -190,7 +203,8 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
     v = cross(a, u)
     damping = 2.0 * gains.damping_ratio * gains.stiffness**0.5
 
-    target = cog_target(gains, inputs)
+    arm, hung, firmness = slow_arm(estimate, gains.hanging, state.hung, dt)
+    target = cog_target(gains, inputs, arm)
     expected = expected_across(contact)
     landing = 0.0 if contact.landing is None else contact.landing
     share = clip(contact.speed / gains.cancel_speed, 0.0, 1.0)
@@ -204,7 +218,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
         limit = _error_limit(gains, axis, i, body.model.gravity)
         error = clip(dot(axis, body.position - target), -limit, limit)
         error_rate = dot(axis, body.velocity + gains.swing[i - 1] * counted * swing - reference.tip_velocity)
-        damper, spring = damping[i] * error_rate, gains.stiffness[i] * error
+        damper, spring = firmness * damping[i] * error_rate, gains.stiffness[i] * error
         wanted = dot(axis, reference.tip_acceleration) - damper - spring
         total = total + axis * (m * wanted - known[i - 1])
         proportional, derivative = proportional - axis * spring, derivative - axis * damper
@@ -228,16 +242,17 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
         a * (pressing["contact_force_integral"] / m),
     )
     signals = {"cog_position_target": target, **pressing, **terms}
-    return State(integral, tank, rubbing, swing), total, signals
+    return State(integral, tank, rubbing, swing, hung), total, signals
 
 
-def cog_target(gains: Any, inputs: LawInput) -> Array:
-    """Where the centre of gravity should be, W, m: behind the tip's reference by the arm as it is now."""
-    reference, contact, arm = inputs.reference, inputs.contact, inputs.estimate.arm
+def cog_target(gains: Any, inputs: LawInput, arm: Array) -> Array:
+    """Where the centre of gravity should be, W, m: behind the tip's reference by the arm (3,) of W, m."""
+    reference, contact = inputs.reference, inputs.contact
     a = reference.contact_axis
     by_pen = reference.tip_position - arm
     target = reference.position + gains.pen * (by_pen - reference.position)
-    along = where(contact.engaged > 0.5, contact.anchor, contact.axis_position - dot(a, arm))
+    along = contact.axis_position - dot(a, inputs.estimate.arm)
+    along = where(contact.engaged > 0.5, contact.anchor, along)
     return target + a * (along - dot(a, target))
 
 

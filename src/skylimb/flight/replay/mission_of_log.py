@@ -78,7 +78,7 @@ def mission_of_log(
 
 
 def _where_it_is(recorded: Recorded, robot: Robot) -> tuple[np.ndarray, np.ndarray]:
-    """Centre of gravity, W, m, (k, 3), and heading of the tip link, rad, (k,), in the first posture."""
+    """Centre of gravity, W, m, (k, 3), and heading, rad, (k,), in the first posture."""
     measured = recorded.measurement
     model = robot.at(measured.joint_angles[0], measured.vectoring_angles[0])
     turns = np.array([rotation_from_quaternion(q) for q in measured.quaternion])

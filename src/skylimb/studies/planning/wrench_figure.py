@@ -64,7 +64,7 @@ def _draw_robot(axes: Any, feasible: FeasibleWrench) -> None:
     axes.set_axis_off()
     corner = chain.min(axis=0) - np.array([0.0, 0.15, 0.0])
     axes.plot(*np.array([corner, corner + np.array([0.5, 0.0, 0.0])]).T, color=style.DARK, lw=1.0)
-    axes.text(*(corner + np.array([0.25, -0.28, 0.0])), "0.5 m along the tip link", fontsize=6, ha="center")
+    axes.text(*(corner + np.array([0.25, -0.28, 0.0])), "0.5 m along the heading", fontsize=6, ha="center")
 
 
 def _draw_pushes(axes: Any, feasible: FeasibleWrench, pushes: Mapping[str, tuple[np.ndarray, float]]) -> None:
