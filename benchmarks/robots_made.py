@@ -39,7 +39,7 @@ KINDS = {
     "quadrotor +": Made({**STICK, "ahead": 0.0, "stick": 0.55}),
     "decacopter": Made({**STICK, "rotors": 10, "place": 0.45, "mass": 3.5, "radius": 0.1, "stick": 0.6}),
     "hexarotor, heavy in front": Made({**HEX, "joints": (), "stick": 0.5, "heavy": 1.2}),
-    "hexarotor, too heavy in front": Made({**HEX, "joints": (), "stick": 0.5, "heavy": 6.0}),
+    "hexarotor, too heavy in front": Made({**HEX, "joints": (), "stick": 0.5, "heavy": 3.0}),
     "Tilt-Hex, canted by 20 degrees": Made(
         {**CANTED, "cant": 0.35, "place": 0.39, "mass": 2.5, "joints": (), "stick": 0.5}
     ),

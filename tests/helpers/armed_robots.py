@@ -59,11 +59,11 @@ def multirotor_with_arm(
         layers: heights of the rotors, m; with two, each place has two rotors that turn against each other.
         turning: travel of a joint along each rotor's arm that turns it, rad; 0 where there is none.
         least: thrust of a rotor, N.
-        heavy: mass of a battery in the nose, kg.
+        heavy: mass of a battery 0.35 m ahead, kg.
         ahead: where the first rotor is, in rotors from the nose; 0 for one right there.
     """
     whole = mass + heavy
-    middle = f"{0.15 * heavy / whole} 0 0"
+    middle = f"{0.35 * heavy / whole} 0 0"
     parts = [_link("base_link", whole, 0.1, _box("0.2 0.2 0.08", "0 0 0"), middle)]
     for k in range(rotors * len(layers)):
         corner, layer = k % rotors, k // rotors

@@ -21,7 +21,7 @@ _OUTSIDE_TABLES = {
 
 
 _CASES = {
-    ROBOTS: KeyInfo(Key("", "what differs for a robot, by its name or kind (tilting, pushing)"), dict, {}),
+    ROBOTS: KeyInfo(Key("", "differs for a robot, by its name or kind (tilting, pushing, chain)"), dict, {}),
     IMU: KeyInfo(Key("", "what is different with estimation.smoothing.imu = true"), dict, {}),
 }
 

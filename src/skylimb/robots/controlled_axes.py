@@ -30,12 +30,15 @@ def inputs_at(
 
 
 def kind_of(robot: Robot) -> str:
-    """What a robot does for a side force: "tilting" or "pushing"; "vectoring" where its links carry rotors.
+    """What a robot is to a preset: "tilting" or "pushing" for a side force; "chain" or "vectoring".
 
-    A multirotor whose arms turn counts as tilting: its body is as light, and its arms turn slowly.
+    A chain's links carry its rotors; with vectoring joints it is "vectoring". A multirotor whose arms turn
+    counts as tilting: its body is as light, and its arms turn slowly.
     """
     if robot.n_vectoring:
         return "vectoring" if carried_by_joints(robot) else "tilting"
+    if carried_by_joints(robot):
+        return "chain"
     wrench = robot.wrench_function(robot.nominal_posture(), np.zeros(0)).full()
     return "pushing" if np.linalg.matrix_rank(wrench, rtol=_PUSHES) == 6 else "tilting"
 

@@ -146,7 +146,7 @@ def test_a_bare_frame_that_is_called_a_tool_is_the_tip_of_a_stick_that_is_short(
 @pytest.mark.parametrize(
     ("name", "kind"),
     [
-        ("hydrus_quad", "tilting"),
+        ("hydrus_quad", "chain"),
         ("tilted_hexarotor", "pushing"),
         ("hydrus_xi_quad", "vectoring"),
         ("tiltable_hexarotor", "tilting"),

@@ -163,7 +163,7 @@ def _found(
     except NoPathError as error:
         if not criteria.about_contact:
             raise
-        _log.warning("%s; it flies with those of most torque", error)
+        _say(f"{error}; it flies with those of most torque")
         return _found(robot, TORQUE, cache=cache)
     if not robot.n_vectoring or not robot.n_joints:
         return found
@@ -177,6 +177,11 @@ def _found(
     with contextlib.suppress(AllocationError):
         return sparing, *vectoring_files.find_coefficients(level, sparing, cache=cache)
     return found
+
+
+@functools.lru_cache(maxsize=64)
+def _say(words: str) -> None:
+    _log.warning(words)
 
 
 def _level(robot: Robot, criteria: VectoringCriteria) -> Robot:
