@@ -38,7 +38,7 @@ def test_the_search_sees_the_servos_where_they_count() -> None:
 
 
 def _bounded(robot: Robot, criteria, psi):
-    _, bounded, low, high = bounded_by(robot, criteria, Q, psi)
+    _, bounded, low, high = bounded_by(robot, criteria, ca.SX(Q), psi)
     return bounded, low, high
 
 
