@@ -10,11 +10,14 @@ import pytest
 
 import skylimb
 from short_flights import HOLD
+from skylimb.base.config import from_mapping
 from skylimb.base.errors import ConfigError, UserCodeError
 from skylimb.base.rotations import rotation_from_quaternion
 from skylimb.control.estimation.records import BodyState
 from skylimb.flight.drivers.native import native_available
 from skylimb.flight.export import export_c
+from skylimb.studies.campaign.frozen import freeze
+from skylimb.studies.campaign.spec import CampaignSpec
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "sampling"
 PRESET = str(EXAMPLE / "mppi.toml")
@@ -62,6 +65,11 @@ def test_the_same_flight_has_the_same_bits_and_its_plans_move_it() -> None:
     assert np.abs(one.planned_moves.values[-1, 1:]).max() > 1e-6
     still = skylimb.run("paper", PRESET, set={**SHORT, "controller.translation.samples": 2.0}).log
     assert not still.planned_moves.values.any()  # nothing, and nothing about it: two samples without a move
+
+
+def test_a_campaign_takes_it_with_what_it_sees_ahead() -> None:
+    given = {"experiment": "paper", "controllers": [PRESET], "draws": 2, "seed": 1}
+    assert freeze(from_mapping(CampaignSpec, given, "sampling")).names == ("mppi",)
 
 
 def test_it_is_for_simulation_and_for_walls(tmp_path: Path) -> None:

@@ -27,8 +27,8 @@ from skylimb.control.controller import (
 from skylimb.control.corrections import read_corrections, with_corrections
 from skylimb.control.preset import preset_mapping, preset_names
 from skylimb.control.slots import SLOTS, law_file
+from skylimb.control.traced_step import traced_step
 from skylimb.flight.experiments.experiment import Experiment, experiment_from_mapping, experiment_tables
-from skylimb.flight.export.step import controller_step
 from skylimb.flight.flight_run import config_units
 from skylimb.robots.loader import load_robot
 from skylimb.robots.model import Robot
@@ -203,7 +203,8 @@ def _require_controllers(campaign: Campaign, robots: Collection[Robot]) -> None:
             controller = campaign.load(name, robot, campaign.gains_of(drawn, name))
             if index == 0 and "code" in campaign.controllers[name] and is_traceable(controller):
                 # A user's law that cannot be compiled is refused now, before a folder is begun.
-                controller_step(controller, campaign.experiment_of(drawn).control_period)
+                period = campaign.experiment_of(drawn).control_period
+                traced_step(controller, period, len(controller.needs.preview))
 
 
 def campaign_from_mapping(mapping: Mapping[str, Any], where: str) -> Campaign:
