@@ -127,3 +127,11 @@ def test_nobody_there_is_named_and_no_other_machine_is_asked_by_mistake() -> Non
         skylimb.begin("free_flight", controller="pid", plant=plant)
     with pytest.raises(ConfigError, match="is not this machine"):
         skylimb.UdpPlant("192.0.2.1:9871")
+
+
+def test_its_socket_closes_when_nobody_holds_it() -> None:
+    plant = skylimb.UdpPlant(f"127.0.0.1:{free_port()}")
+    held = plant._socket
+    assert held.fileno() >= 0
+    del plant
+    assert held.fileno() == -1

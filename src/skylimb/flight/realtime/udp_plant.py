@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import socket
 import time
+import weakref
 from collections.abc import Mapping
 from typing import Any
 
@@ -32,6 +33,8 @@ class UdpPlant:
         anywhere: whether that may be another machine.
         patience: after so long without an answer it has failed, s.
 
+    Its socket closes when nobody holds it any more.
+
     Raises:
         ConfigError: when the address is none, or another machine's without `anywhere`.
     """
@@ -43,6 +46,7 @@ class UdpPlant:
         family = socket.AF_INET6 if ":" in self._peer[0] else socket.AF_INET
         self._socket = socket.socket(family, socket.SOCK_DGRAM)
         self._socket.settimeout(_AGAIN)
+        weakref.finalize(self, self._socket.close)
         # Of another flight's answers none has a number of this one.
         self._seq = time.monotonic_ns() // 1000
 
