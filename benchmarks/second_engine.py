@@ -2,6 +2,8 @@
 
 python benchmarks/second_engine.py
 python benchmarks/second_engine.py --flights paper:hybrid --steps 1e-3
+python benchmarks/second_engine.py --flights paper:hybrid --own-contact
+python benchmarks/second_engine.py --flights paper:following paper:drawing --steps 1e-3
 """
 
 from __future__ import annotations
@@ -23,22 +25,25 @@ MEASURES = (("cog_position", 1e3), ("tip_position", 1e3), ("contact_force", 1e3)
 """Signals, and by what they are multiplied for a table: mm, mm, mN, mrad."""
 
 
-def drake() -> UserPlant:
-    """The robot in Drake."""
-    return runpy.run_path(str(PLANTS / "drake_plant.py"))["DrakePlant"]()
+def drake(own_contact: bool = False) -> UserPlant:
+    """The robot in Drake, with skylimb's contact or Drake's."""
+    return runpy.run_path(str(PLANTS / "drake_plant.py"))["DrakePlant"](own_contact)
 
 
-def differences(name: str, step: float, **changes: object) -> list[float]:
+def differences(name: str, step: float, own_contact: bool = False, **changes: object) -> list[float]:
     """Rms over the whole flight of what differs between the engines, in the units of `MEASURES`.
 
     Args:
         name: experiment and controller, with a colon between them.
         step: of the physics, s.
+        own_contact: whether Drake touches with its own contact.
         changes: of the experiment.
     """
     experiment, controller = name.split(":")
     asked = {**QUIET, "plant.physics_step": step, **changes}
-    runs = [skylimb.run(experiment, controller, set=asked, plant=plant) for plant in (None, drake())]
+    runs = [
+        skylimb.run(experiment, controller, set=asked, plant=plant) for plant in (None, drake(own_contact))
+    ]
     for run in runs:
         assert run.status == "OK", run.cause
     ours, theirs = (run.log for run in runs)
@@ -51,11 +56,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--flights", nargs="*", default=FLIGHTS)
     parser.add_argument("--steps", nargs="*", type=float, default=(1e-3, 5e-4, 2.5e-4))
+    parser.add_argument("--own-contact", action="store_true", help="touch with Drake's own contact")
     given = parser.parse_args()
     print("| flight | step ms | CoG mm | pen mm | force mN | joints mrad |\n|---|---|---|---|---|---|")
     for name in given.flights:
         for step in given.steps:
-            numbers = " | ".join(f"{value:.2g}" for value in differences(name, step))
+            numbers = " | ".join(f"{value:.2g}" for value in differences(name, step, given.own_contact))
             print(f"| {name.replace(':', ', ')} | {1e3 * step:g} | {numbers} |", flush=True)
 
 

@@ -3,16 +3,24 @@
     pip install 'skylimb[drake]'
     python examples/plants/drake_plant.py
 
-Rotors and contact are forces of skylimb's; the tree of bodies, its joints and its integrator are Drake's.
+Rotors are forces of skylimb's, and so is the contact unless Drake's own is asked for; the tree of bodies, its
+joints and its integrator are Drake's.
 """
 
 # Drake's type stubs refuse plain arrays.
 # pyright: reportArgumentType=false, reportCallIssue=false, reportAttributeAccessIssue=false
 
 import numpy as np
+from pydrake.geometry import AddContactMaterial, HalfSpace, ProximityProperties, Sphere
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.math import SpatialForce
-from pydrake.multibody.plant import ExternallyAppliedSpatialForce, MultibodyPlant
+from pydrake.multibody.plant import (
+    AddMultibodyPlantSceneGraph,
+    CoulombFriction,
+    DiscreteContactApproximation,
+    ExternallyAppliedSpatialForce,
+    MultibodyPlant,
+)
 from pydrake.multibody.tree import (
     FixedOffsetFrame,
     RevoluteJoint,
@@ -22,15 +30,15 @@ from pydrake.multibody.tree import (
     WeldJoint,
 )
 from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
 
 import skylimb
 from skylimb import Beginning, Drive
 from skylimb.robots.description import RobotDescription
 
 
-def build(robot: RobotDescription, step: float) -> MultibodyPlant:
-    """The robot as Drake's tree, floating at its root; continuous in time where `step` (s) is 0."""
-    plant = MultibodyPlant(step)
+def add_robot(plant: MultibodyPlant, robot: RobotDescription) -> None:
+    """The robot as Drake's tree, floating at its root."""
     for link in robot.links:
         inertia = link.inertial.inertia
         moments = RotationalInertia(*np.diag(inertia), inertia[0, 1], inertia[0, 2], inertia[1, 2])
@@ -46,20 +54,48 @@ def build(robot: RobotDescription, step: float) -> MultibodyPlant:
             at = plant.AddFrame(FixedOffsetFrame(f"{joint.name}_at", frames[0], place))
             plant.AddJoint(RevoluteJoint(joint.name, at, frames[1], joint.axis, joint.damping))
     plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, -robot.gravity])
-    plant.Finalize()
-    return plant
+
+
+def add_touch(plant: MultibodyPlant, beginning: Beginning) -> None:
+    """Drake's own point contact between the tip's ball and a board at rest: a spring, a damper, Coulomb."""
+    surface, tip = beginning.surface, beginning.robot.tip
+    if surface.kind != "board" or surface.moves:
+        raise ValueError("Drake's own contact is here with a board at rest; leave out own_contact")
+    materials = ProximityProperties()
+    # Two springs in series: each is twice as stiff.
+    AddContactMaterial(
+        None, 2.0 * surface.stiffness, CoulombFriction(surface.friction, surface.friction), materials
+    )
+    delay = beginning.touch.damping / surface.stiffness
+    materials.AddProperty("material", "relaxation_time", 0.5 * delay)
+    R = surface.R_WS
+    outward = np.column_stack((R[:, 1], -R[:, 2], -R[:, 0]))
+    board = RigidTransform(RotationMatrix(outward), surface.position)
+    plant.RegisterCollisionGeometry(plant.world_body(), board, HalfSpace(), "board", materials)
+    ball = RigidTransform(tip.position)
+    link = plant.GetBodyByName(tip.link)
+    plant.RegisterCollisionGeometry(link, ball, Sphere(tip.radius), "tip", materials)
+    plant.set_discrete_contact_approximation(DiscreteContactApproximation.kSap)
 
 
 class DrakePlant:
-    """The robot in Drake, with skylimb's contact."""
+    """The robot in Drake, with skylimb's contact or Drake's own."""
 
-    name = "drake"
+    def __init__(self, own_contact: bool = False) -> None:
+        self.own_contact = own_contact
+        self.name = "drake, its own contact" if own_contact else "drake"
 
     def start(self, beginning: Beginning) -> dict[str, np.ndarray]:
         robot, truth = beginning.robot, beginning.truth
-        self.robot, self.touch, self.plant = robot, beginning.touch, build(robot, beginning.step)
-        self.simulator = Simulator(self.plant)
-        self.context = self.simulator.get_mutable_context()
+        builder = DiagramBuilder()
+        self.plant, _ = AddMultibodyPlantSceneGraph(builder, beginning.step)
+        self.robot, self.touch = robot, beginning.touch
+        add_robot(self.plant, robot)
+        if self.own_contact:
+            add_touch(self.plant, beginning)
+        self.plant.Finalize()
+        self.simulator = Simulator(builder.Build())
+        self.context = self.plant.GetMyMutableContextFromRoot(self.simulator.get_mutable_context())
         self.root = self.plant.GetBodyByName(robot.root)
         self.tip = self.plant.GetBodyByName(robot.tip.link)
         self.links = [self.plant.GetBodyByName(rotor.link) for rotor in robot.rotors]
@@ -86,14 +122,27 @@ class DrakePlant:
         for rotor, link, thrust in zip(self.robot.rotors, self.links, drive.thrusts, strict=True):
             along = thrust * (link.EvalPoseInWorld(context).rotation().matrix() @ rotor.R[:, 2])
             forces.append(applied(link, rotor.xyz, along, rotor.drag_torque_coefficient * along))
-        X, twist = self.tip.EvalPoseInWorld(context), self.tip.EvalSpatialVelocityInWorld(context)
-        arm = X.rotation().matrix() @ self.robot.tip.position
-        velocity = twist.translational() + np.cross(twist.rotational(), arm)
-        force, point = self.touch(X.translation() + arm, velocity, context.get_time())
-        forces.append(applied(self.tip, X.inverse() @ point, force, np.zeros(3)))
+        force, point = np.zeros(3), np.zeros(3)
+        if not self.own_contact:
+            X, twist = self.tip.EvalPoseInWorld(context), self.tip.EvalSpatialVelocityInWorld(context)
+            arm = X.rotation().matrix() @ self.robot.tip.position
+            velocity = twist.translational() + np.cross(twist.rotational(), arm)
+            force, point = self.touch(X.translation() + arm, velocity, context.get_time())
+            forces.append(applied(self.tip, X.inverse() @ point, force, np.zeros(3)))
         plant.get_applied_spatial_force_input_port().FixValue(context, forces)
         self.simulator.AdvanceTo(context.get_time() + self.step_length)
+        if self.own_contact:
+            force, point = self.touched()
         return self.truth(force, point)
+
+    def touched(self) -> tuple[np.ndarray, np.ndarray]:
+        """What Drake's own contact did to the tip in the last step, N, and where, m."""
+        results = self.plant.get_contact_results_output_port().Eval(self.context)
+        if results.num_point_pair_contacts() == 0:
+            return np.zeros(3), np.zeros(3)
+        one = results.point_pair_contact_info(0)
+        onto_tip = 1.0 if one.bodyB_index() == self.tip.index() else -1.0
+        return onto_tip * one.contact_force(), one.contact_point()
 
     def truth(self, force: np.ndarray, point: np.ndarray) -> dict[str, np.ndarray]:
         q, v = self.plant.GetPositions(self.context), self.plant.GetVelocities(self.context)
