@@ -87,6 +87,7 @@ def _inputs(model: Any = None, **given: Any) -> LawInput:
         estimate,
         given.get("contact", IN_THE_AIR),
         given.get("commanded_arm", ArmTarget(1.09, 0.0)),
+        force=given.get("wanted", 1.0),
     )
 
 

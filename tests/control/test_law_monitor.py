@@ -95,7 +95,7 @@ CONTACT, TRANSLATION = "contact law 'contact.py'", "translation law 'translation
         ("hybrid", "translation", force("inputs.residual.force"), {}, "needs residual, which allocation law "
          "'pseudoinverse' does not give (allocation laws that do: bounded, level, planned, pointed)"),
         ("hybrid", "translation", force("inputs.estimate.bias"), {},
-         "estimation laws that do: kalman, predictive"),
+         "estimation laws that do: kalman, moving_horizon, predictive"),
         ("hybrid", "contact", STEP.format("inputs.arm.rate", 0.0, {}), {},
          f"{CONTACT} needs arm.rate, which shape law 'admittance' gives only after it"),
         # A law is not as it declares.

@@ -40,6 +40,7 @@ from skylimb.control.posture import heading_of, posture_of
 from skylimb.control.prepared_gains import handed, settled
 from skylimb.control.preset import Preset
 from skylimb.control.preset_keys import preset_tables
+from skylimb.control.press import own_force, wanted_force
 from skylimb.control.python_laws import OpenLaw
 from skylimb.control.records import NOTHING, Command, Demand, LawInput
 from skylimb.control.slots import SLOTS, LiveGains, Slots, traced_functions
@@ -100,6 +101,7 @@ class Cascade:
         monitor.gave("estimation", known)
         missing = monitor.residual(state.allocation)
         inputs = LawInput(self.robot, measurement, reference, dt, known, residual=missing)
+        inputs = inputs._replace(force=wanted_force(reference.force, own_force(gains.translation)))
         body, bias = known.body, known.bias or NOTHING
         scale = 1.0 if known.scale is None else known.scale
 

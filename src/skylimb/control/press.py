@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from skylimb.symbolic import where
 
 REASONS = (
@@ -20,3 +22,9 @@ for what its integral, its energy or the rotors do not give.
 def wanted_force(along: Any, own: Any) -> Any:
     """The normal force that is wanted, N: what the path says (`Reference.force`), else the law's own."""
     return where(along > 0.0, along, own)
+
+
+def own_force(gains: Any) -> Any:
+    """The normal force that a translation law has to press with, its gain `force`, N; 1 where it has none."""
+    own = getattr(gains, "force", 1.0)
+    return 1.0 if isinstance(own, tuple | list | np.ndarray) else own

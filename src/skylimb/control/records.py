@@ -106,6 +106,7 @@ class LawInput(NamedTuple):
         arm: of the shape law; absent for the laws before it.
         residual: what the rotors fell short of at the last tick, wanted less given wrench, W and C; absent
             where the allocation law does not say.
+        force: normal force that is wanted in touch, N: the path's, else the translation law's own.
     """
 
     robot: Robot
@@ -116,6 +117,7 @@ class LawInput(NamedTuple):
     contact: ContactView = ContactView()
     arm: ArmTarget = ArmTarget(ABSENT)
     residual: Wrench = ABSENT
+    force: Any = 1.0
 
 
 class Demand(NamedTuple):

@@ -126,7 +126,7 @@ class Gains:
         tuple[float, float],
         Key(
             "m",
-            "distances of the pen from its path between which the press eases",
+            "distances of the pen from its path between which the press eases, for each newton from 1 N on",
             low=0.0,
             high=1.0,
         ),
@@ -244,7 +244,8 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     pace, speed_next = pace_of(
         gains, state.pace, state.speed, machine, reference, speed, surface_velocity, behind, dt
     )
-    begin, end = gains.ease_beyond[0], gains.ease_beyond[1]
+    # Friction grows with the press, and with it how far a sound pen stays behind.
+    begin, end = (clip(inputs.force, 1.0, 100.0) * at for at in (gains.ease_beyond[0], gains.ease_beyond[1]))
     ease = clip((end - behind) / (end - begin), gains.least_ease, 1.0)
 
     reason = where(is_in(machine.state, SETTLE) > 0.5, WAITING, PLAIN)
