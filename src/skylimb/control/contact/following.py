@@ -69,6 +69,9 @@ SUNK = 0.003, 0.006
 FELT = 0.33, 0.55
 """Shares of the force that was felt before below which it has gone, and may have."""
 
+HARD = 2.0
+"""Wanted force up to which the distances at which the press eases grow with it, N: beyond, flights are lost."""
+
 FORGETS = 1.0
 """Rate at which that way and that force are forgotten, 1/s: errors of the slope add up."""
 
@@ -126,7 +129,7 @@ class Gains:
         tuple[float, float],
         Key(
             "m",
-            "distances of the pen from its path between which the press eases, for each newton from 1 N on",
+            "distances of the pen from its path between which the press eases; twice as far at 2 N",
             low=0.0,
             high=1.0,
         ),
@@ -245,7 +248,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
         gains, state.pace, state.speed, machine, reference, speed, surface_velocity, behind, dt
     )
     # Friction grows with the press, and with it how far a sound pen stays behind.
-    begin, end = (clip(inputs.force, 1.0, 100.0) * at for at in (gains.ease_beyond[0], gains.ease_beyond[1]))
+    begin, end = (clip(inputs.force, 1.0, HARD) * at for at in (gains.ease_beyond[0], gains.ease_beyond[1]))
     ease = clip((end - behind) / (end - begin), gains.least_ease, 1.0)
 
     reason = where(is_in(machine.state, SETTLE) > 0.5, WAITING, PLAIN)
