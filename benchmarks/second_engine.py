@@ -30,8 +30,8 @@ def drake(own_contact: bool = False) -> UserPlant:
     return runpy.run_path(str(PLANTS / "drake_plant.py"))["DrakePlant"](own_contact)
 
 
-def differences(name: str, step: float, own_contact: bool = False, **changes: object) -> list[float]:
-    """Rms over the whole flight of what differs between the engines, in the units of `MEASURES`.
+def flown(name: str, step: float, own_contact: bool = False, **changes: object) -> list[skylimb.Run]:
+    """The same flight in MuJoCo and in Drake.
 
     Args:
         name: experiment and controller, with a colon between them.
@@ -41,14 +41,30 @@ def differences(name: str, step: float, own_contact: bool = False, **changes: ob
     """
     experiment, controller = name.split(":")
     asked = {**QUIET, "plant.physics_step": step, **changes}
-    runs = [
-        skylimb.run(experiment, controller, set=asked, plant=plant) for plant in (None, drake(own_contact))
-    ]
+    plants = (None, drake(own_contact))
+    runs = [skylimb.run(experiment, controller, set=asked, plant=plant) for plant in plants]
     for run in runs:
         assert run.status == "OK", run.cause
+    return runs
+
+
+def away(runs: list[skylimb.Run]) -> list[float]:
+    """Rms of what differs between the engines, in the units of `MEASURES`, as long as both flights last."""
     ours, theirs = (run.log for run in runs)
-    away = [(ours[signal].values - theirs[signal].values) * scale for signal, scale in MEASURES]
-    return [float(np.sqrt(np.mean(np.sum(one**2, axis=1)))) for one in away]
+    both = slice(min(ours.sizes["time"], theirs.sizes["time"]))
+    apart = [(ours[signal].values[both] - theirs[signal].values[both]) * by for signal, by in MEASURES]
+    return [float(np.sqrt(np.mean(np.sum(one**2, axis=1)))) for one in apart]
+
+
+def differences(name: str, step: float, **changes: object) -> list[float]:
+    """Rms over the whole flight of what differs between the engines, in the units of `MEASURES`."""
+    return away(flown(name, step, False, **changes))
+
+
+def scores(runs: list[skylimb.Run]) -> str:
+    """How far the pen was off its line, mm, and the deviation of the force, N, in both engines."""
+    shown = [(run.metrics.get("pen_line_rms"), run.metrics.get("contact_force_normal_std")) for run in runs]
+    return "; ".join("-" if None in one else f"{1e3 * one[0]:.2f}, {one[1]:.3f}" for one in shown)
 
 
 def main() -> None:
@@ -58,11 +74,15 @@ def main() -> None:
     parser.add_argument("--steps", nargs="*", type=float, default=(1e-3, 5e-4, 2.5e-4))
     parser.add_argument("--own-contact", action="store_true", help="touch with Drake's own contact")
     given = parser.parse_args()
-    print("| flight | step ms | CoG mm | pen mm | force mN | joints mrad |\n|---|---|---|---|---|---|")
+    print(
+        "| flight | step ms | CoG mm | pen mm | force mN | joints mrad | line mm, force std N: MuJoCo, Drake |"
+    )
+    print("|---" * 7 + "|")
     for name in given.flights:
         for step in given.steps:
-            numbers = " | ".join(f"{value:.2g}" for value in differences(name, step, given.own_contact))
-            print(f"| {name.replace(':', ', ')} | {1e3 * step:g} | {numbers} |", flush=True)
+            runs = flown(name, step, given.own_contact)
+            numbers = " | ".join(f"{value:.2g}" for value in away(runs))
+            print(f"| {name.replace(':', ', ')} | {1e3 * step:g} | {numbers} | {scores(runs)} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -70,7 +70,7 @@ FELT = 0.33, 0.55
 """Shares of the force that was felt before below which it has gone, and may have."""
 
 HARD = 2.0
-"""Wanted force up to which those distances of `ease_beyond` grow with it, N: beyond, flights are lost."""
+"""Wanted force up to which the distances of `ease_beyond` grow with it, N: beyond, flights are lost."""
 
 FORGETS = 1.0
 """Rate at which that way and that force are forgotten, 1/s: errors of the slope add up."""
