@@ -63,8 +63,9 @@ def differences(name: str, step: float, **changes: object) -> list[float]:
 
 def scores(runs: list[skylimb.Run]) -> str:
     """How far the pen was off its line, mm, and the deviation of the force, N, in both engines."""
-    shown = [(run.metrics.get("pen_line_rms"), run.metrics.get("contact_force_normal_std")) for run in runs]
-    return "; ".join("-" if None in one else f"{1e3 * one[0]:.2f}, {one[1]:.3f}" for one in shown)
+    names = ("pen_line_rms", "contact_force_normal_std")
+    shown = [[float(run.metrics.get(name) or np.nan) for name in names] for run in runs]
+    return "; ".join(f"{1e3 * line:.2f}, {force:.3f}" for line, force in shown)
 
 
 def main() -> None:
