@@ -75,9 +75,7 @@ def main() -> None:
     parser.add_argument("--steps", nargs="*", type=float, default=(1e-3, 5e-4, 2.5e-4))
     parser.add_argument("--own-contact", action="store_true", help="touch with Drake's own contact")
     given = parser.parse_args()
-    print(
-        "| flight | step ms | CoG mm | pen mm | force mN | joints mrad | line mm, force std N: MuJoCo, Drake |"
-    )
+    print("| flight | step ms | CoG mm | pen mm | force mN | joints mrad | line mm, force std N in both |")
     print("|---" * 7 + "|")
     for name in given.flights:
         for step in given.steps:
