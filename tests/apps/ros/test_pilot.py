@@ -362,5 +362,6 @@ def test_experiments_whose_changes_hang_on_take_off_are_refused() -> None:
 def test_the_ground_holds_the_plant(flown: Steered) -> None:
     layout = flown.plant.layout
     heights = np.array([row[layout.slices["configuration"]][2] for row in flown.rows])
-    assert heights.min() >= STAND - 1e-9
+    # A link may sink by a hair while the centre of gravity already rises: the ground has let go.
+    assert heights.min() >= STAND - 1e-5
     assert heights[:200].max() == STAND

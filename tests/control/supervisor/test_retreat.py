@@ -6,7 +6,15 @@ import pytest
 import skylimb
 from skylimb.control.missions.reference import zero_reference
 from skylimb.control.supervisor.records import initial_watch
-from skylimb.control.supervisor.retreat import BACK, BACK_SPEED, DESCENT, aimed, retreat
+from skylimb.control.supervisor.retreat import (
+    BACK,
+    BACK_SPEED,
+    CHANGE,
+    DESCENT,
+    aimed,
+    retreat,
+    retreat_time,
+)
 from skylimb.control.supervisor.table import TABLE
 
 LAST = zero_reference(3, 4)._replace(
@@ -14,12 +22,15 @@ LAST = zero_reference(3, 4)._replace(
 )
 
 
+TURNS = BACK / BACK_SPEED
+
+
 @pytest.mark.parametrize(
     ("time", "back", "down", "velocity"),
     [
-        (0.0, 0.0, 0.0, [-BACK_SPEED, 0.0, 0.0]),
-        (1.0, BACK_SPEED, 0.0, [-BACK_SPEED, 0.0, 0.0]),
-        (BACK / BACK_SPEED + 1.0, BACK, DESCENT, [0.0, 0.0, -DESCENT]),
+        (0.0, 0.0, 0.0, [0.0, 0.0, 0.0]),
+        (1.0, BACK_SPEED * (1.0 - 0.5 * BACK_SPEED / CHANGE), 0.0, [-BACK_SPEED, 0.0, 0.0]),
+        (TURNS + 1.0, BACK, DESCENT * (1.0 - 0.5 * DESCENT / CHANGE), [0.0, 0.0, -DESCENT]),
         (60.0, BACK, 0.8, [0.0, 0.0, 0.0]),
     ],
 )
@@ -29,7 +40,27 @@ def test_it_goes_back_then_down_to_the_floor(
     found = retreat(LAST, time, floor=0.2)
     np.testing.assert_allclose(found.position, [1.0 - back, 2.0, 1.0 - down], atol=1e-12)
     np.testing.assert_allclose(found.velocity, velocity, atol=1e-12)
-    np.testing.assert_array_equal(found.acceleration, np.zeros(3))
+    np.testing.assert_allclose(found.acceleration, np.zeros(3), atol=1e-12)
+
+
+@pytest.mark.parametrize("back", [BACK, 0.0])
+def test_its_speed_never_jumps_and_is_that_of_its_place(back: float) -> None:
+    """A step of the speed is a step of force: the robot would lose the thrusts that it has left."""
+    dt = 1e-3
+    path = [retreat(LAST, k * dt, floor=-10.0, back=back) for k in range(4000)]
+    place, speed, change = (
+        np.array([getattr(one, name) for one in path]) for name in ("position", "velocity", "acceleration")
+    )
+    assert np.abs(np.diff(speed, axis=0)).max() <= CHANGE * dt * (1.0 + 1e-9)
+    np.testing.assert_allclose(np.diff(place, axis=0) / dt, (speed[1:] + speed[:-1]) / 2, atol=CHANGE * dt)
+    assert np.abs(change).max() <= CHANGE
+    assert place[-1][0] == pytest.approx(1.0 - back, abs=1e-12)
+
+
+@pytest.mark.parametrize("height", [0.02, 0.5, 1.2])
+def test_it_is_on_the_floor_when_it_says(height: float) -> None:
+    last = LAST._replace(position=np.array([1.0, 2.0, height]))
+    assert retreat(last, retreat_time(height)).position[2] == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_reference_of_no_numbers_is_not_gone_back_to() -> None:

@@ -9,13 +9,17 @@ from skylimb.control.estimation.gates import BEYOND
 from skylimb.control.missions.reference import Reference
 from skylimb.control.supervisor.records import Watch
 from skylimb.control.supervisor.table import CUT, RETREAT
-from skylimb.symbolic import dot, max, min, vector, where, within
+from skylimb.symbolic import clip, dot, max, min, vector, where, within
 
 BACK, BACK_SPEED = 0.3, 0.2
 """Way back along the contact axis, m, and its speed, m/s."""
 
 DESCENT = 0.3
 """Speed down, m/s: that of the lab's own landing."""
+
+CHANGE = 0.5
+"""Greatest change of either speed, m/s^2. A step of .2 or .3 m/s is up to 13 N at once for a controller: it
+takes thrusts to their limits, where a robot that is broken off may have few left."""
 
 
 def aimed(
@@ -55,24 +59,44 @@ def retreat(last: Reference, time: Any, floor: Any = 0.0, back: float = BACK) ->
         floor: height of the centre of gravity at which the descent ends, m.
         back: way back, m; 0 where the robot touches nothing.
     """
-    gone = min(BACK_SPEED * time, back)
+    turns = back / BACK_SPEED
+    begun, ended, sunk = (
+        _ramp(time, BACK_SPEED),
+        _ramp(time - turns, BACK_SPEED),
+        _ramp(time - turns, DESCENT),
+    )
     height = last.position[2]
-    down = max(0.0, time - back / BACK_SPEED) * DESCENT
+    # Where there is nothing to go back from, what begins ends at once.
+    gone, speed, push = (a - b for a, b in zip(begun, ended, strict=True))
     lowest = min(height, floor)
-    moved = -gone * last.contact_axis + vector(0.0, 0.0, max(height - down, lowest) - height)
-    sinking = where(height - down > lowest, -DESCENT, 0.0)
-    velocity = where(gone < back, -BACK_SPEED * last.contact_axis, vector(0.0, 0.0, sinking))
-    still = 0.0 * moved
+    sinking = where(height - sunk[0] > lowest, 1.0, 0.0)
+    axis = last.contact_axis
+    moved = -gone * axis + vector(0.0, 0.0, max(height - sunk[0], lowest) - height)
+    velocity = -speed * axis - vector(0.0, 0.0, sinking * sunk[1])
+    change = -push * axis - vector(0.0, 0.0, sinking * sunk[2])
     return last._replace(
         position=last.position + moved,
         velocity=velocity,
-        acceleration=still,
+        acceleration=change,
         tip_position=last.tip_position + moved,
         tip_velocity=velocity,
-        tip_acceleration=still,
+        tip_acceleration=change,
         tare=0.0,
         adapt=0.0,
         touch=0.0,
         wait=0.0,
         ahead=(),
     )
+
+
+def retreat_time(height: float) -> float:
+    """Time in which a retreat from a height has come to the floor, s."""
+    rise = DESCENT / CHANGE
+    return BACK / BACK_SPEED + (height / DESCENT + 0.5 * rise if height > 0.5 * rise * DESCENT else rise)
+
+
+def _ramp(time: Any, speed: float) -> tuple[Any, Any, Any]:
+    """Way, speed and its change, of what sets off at time 0 and comes to a speed."""
+    rising = clip(time, 0.0, speed / CHANGE)
+    way = CHANGE * rising * (max(time, 0.0) - 0.5 * rising)
+    return way, CHANGE * rising, CHANGE * where(time > 0.0, 1.0, 0.0) * where(time < speed / CHANGE, 1.0, 0.0)

@@ -18,7 +18,7 @@ from skylimb.control.missions.clock import Clock
 from skylimb.control.missions.mission import Mission
 from skylimb.control.supervisor.descents import unprotected
 from skylimb.control.supervisor.limits import Limits
-from skylimb.control.supervisor.retreat import BACK, BACK_SPEED, DESCENT
+from skylimb.control.supervisor.retreat import retreat_time
 from skylimb.flight.drivers.free import FreeDriver
 from skylimb.flight.events import CONTROLLER_KINDS, require_applied
 from skylimb.flight.experiments.experiment import Experiment
@@ -116,8 +116,7 @@ def _fly(
     """The flight up to its landing, and the mission with time to land."""
     mission, limits = plan.mission, plan.experiment.terminations
     last, total = len(mission.times) - 1, len(mission.flight_times(guard.needs.paced))
-    landing = BACK / BACK_SPEED + max(0.0, float(mission.reference.position[-1, 2])) / DESCENT
-    extra = int(np.ceil(landing / clock.period))
+    extra = int(np.ceil(retreat_time(float(mission.reference.position[-1, 2])) / clock.period))
     # The mission's last row goes on while the robot lands.
     count = total + extra
     whole = mission.along(Clock(np.arange(float(count)), np.ones(count)))
