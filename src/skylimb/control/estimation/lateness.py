@@ -26,8 +26,9 @@ FITS, PLAIN = 0.75, 0.015
 """Share of the square that a better latency leaves at most, and by how much at least it is less,
 (rad/s^2)^2: flights whose frames are in time differ by less."""
 
-WARM = 0.5
-"""Time for which the mean is formed before anything is judged, s."""
+WARM, HEARD = 0.5, 0.2
+"""Time for which the mean is formed before anything counts, and then for which it counts before anything is
+judged, s: by chance one moment fits any latency."""
 
 STEP = 0.051
 """By how much more than before is believed at a time, s."""
@@ -43,7 +44,7 @@ class Lateness(NamedTuple):
         outside: mean of what the assumed latency leaves, C, N m, (3,).
         misfits: mean square of what each latency leaves, (rad/s^2)^2.
         late: how much later than assumed measurements are, s.
-        time: for which the mean has been formed, s; nothing is judged before `WARM`.
+        time: for which the mean has been formed, and then for which it has been counted, s.
     """
 
     made: tuple[Array, ...] = (np.zeros(3),) * _DEPTH
@@ -80,8 +81,9 @@ def lateness(
         rest = inverse @ (each - outside)
         squares.append(dot(rest, rest))
     # An error of the model, such as a centre of gravity that lies elsewhere, has to be in the mean first.
-    time = clip(state.time + dt, 0.0, WARM + dt)
-    fresh = fresh * within(time, WARM, np.inf)
+    warm = within(state.time, WARM, np.inf)
+    fresh = fresh * warm
+    time = clip(state.time + where(warm > 0.5, fresh * dt, dt), 0.0, WARM + HEARD + dt)
     misfits = low_pass(state.misfits, vector(*squares), _MEMORY * fresh, dt)
     best, late, present = misfits[0], 0.0 * misfits[0], misfits[0]
     for index, each in enumerate(BANK):
@@ -90,4 +92,5 @@ def lateness(
         late, best = where(better > 0.5, each, late), where(better > 0.5, misfits[index], best)
         present = where(abs(state.late - each) < 1e-6, misfits[index], present)
     clear = where(best < FITS * present, 1.0, 0.0) * where(present - best > PLAIN, 1.0, 0.0)
+    clear = clear * within(time, WARM + HEARD, np.inf)
     return Lateness(made, turned, momentum, outside, misfits, where(clear > 0.5, late, state.late), time)

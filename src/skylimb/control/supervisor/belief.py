@@ -104,7 +104,7 @@ def believed(
     prediction, body = seen(robot, prediction, belief, speeds, stale, dt)
     # Joints and rotors: where servos should have turned them, and what the loss of one rotor would explain.
     servos, astray, limp = watch.servos, 0.0, watch.limp
-    late, loss, lost = watch.late, watch.loss, Seen(0.0 * watch.loss.left, 0.0, 0.0)
+    late, loss, lost = watch.late, watch.loss, Seen(0.0 * watch.loss.left, 0.0, 0.0, 0.0)
     if limits.losses:
         commanded = stack(watch.command.joint_angles, watch.command.vectoring_angles)
         servos, each = watch_servos(robot, servos, commanded, angles, prediction.thrusts, dt)
@@ -117,7 +117,8 @@ def believed(
         # looks like one without a rotor; so does one whose pose has just come back.
         timely = within(measured.capture_age, 0.0, limits.latency + late.late + LATE)
         fresh = good * timely * (1.0 - astray) * over(back, SETTLED)
-        found, lost = look(loss, prediction.observer, body, prediction.thrusts, fresh, dt)
+        behind = limits.latency + late.late
+        found, lost = look(loss, prediction.observer, body, prediction.thrusts, behind, fresh, dt)
         descending = within(watch.mode, DESCEND, CUT)
         # A touch or a lost rotor turns the robot otherwise than it is told to at any latency: in contact the
         # stamps have to say that it has changed.
@@ -163,10 +164,13 @@ def _given_up(
 ) -> tuple[Loss, ObserverState]:
     """A rotor that is lost has nothing left, and what its thrust seemed to be was no push.
 
-    Once a robot descends, what is felt is the descent: nobody looks any more.
+    A loss for which the flight is broken off is believed at once: it may be felt for that moment only. Once a
+    robot descends, what is felt is the descent: nobody looks any more.
     """
-    left = where(descending > 0.5, last.left, where(lost.shares > limits.dead, 0.0, found.left))
-    gone = over(lost.lost, limits.dead) * (1.0 - descending)
+    dead = over(lost.sure, limits.dead)
+    gone = dead * (1.0 - descending)
+    left = where(over(lost.lost, limits.lossy) > 0.5, 1.0 - lost.shares, found.left)
+    left = where(descending > 0.5, last.left, where(dead * lost.shares > limits.dead, 0.0, left))
     force = where(gone > 0.5, body.R_WC @ found.mean[:3], observer.force)
     torque = where(gone > 0.5, found.mean[3:], observer.torque)
     return found._replace(left=left), observer._replace(force=force, torque=torque)

@@ -78,7 +78,7 @@ class Limits(Gates):
         Key(
             "", "share of its thrust that a rotor has lost, from which the robot retreats", low=0.0, high=1.0
         ),
-    ] = 0.35
+    ] = 0.3
     dead: Annotated[float, Key("", "the same, from which the reserve flies", low=0.0, high=1.0)] = 0.7
     descend_for: Annotated[float, Key("s", "greatest length of a descent", above=0.0, high=600.0)] = 10.0
     floor: Annotated[
