@@ -64,6 +64,17 @@ def test_what_is_counted_begins_with_the_fault_and_ends_after_it() -> None:
     assert (found["seen"], found["alarms"]) == (None, None)
 
 
+def test_a_flight_that_is_broken_off_is_held_to_the_reference_that_it_had() -> None:
+    """The mission's reference goes on by itself: a robot that no longer follows it has not sunk."""
+    rises = np.clip(TIME - 1.0, 0.0, None)[:, None] * np.array([0.0, 0.1, 0.1])
+    places = {f"cog_position{end}": rises for end in ("", "_reference")}
+    places["cog_position"] = np.minimum(rises, rises[TIME <= 2.5][-1])
+    broken = numbers(log([PUSH], **places, **{MODE: 2.0 * step(2.5, [1.0])[:, 0]}))
+    assert (broken["sink"], broken["sideways"]) == pytest.approx((0.0, 0.0))
+    flown = numbers(log([PUSH], **places, **{MODE: np.zeros(len(TIME))}))
+    assert flown["sink"] == pytest.approx(0.1 * (0.5 + WINDOW - 0.5), abs=1e-2)
+
+
 def test_a_surface_that_goes_is_timed_and_the_tip_s_rush_after_it_measured() -> None:
     advance = np.clip(TIME - ONSET, 0.0, 0.5)[:, None] * np.array([0.12, 0.3, 0.0])
     found = numbers(log([PUSH], tip_position=advance, **{GONE: step(ONSET + 0.2, [0.6])[:, 0]}))

@@ -1,10 +1,11 @@
 """What a fault did to a flight: how far it threw the robot, how long it went on, and when it was noticed.
 
 A fault is whatever the flight's events are. What it did is counted from the sample before the first of them,
-against the mission's reference, until `WINDOW` after the last has ended; of a flight without events, such as
-one with a heavier robot, all along. Where the same flight was flown without its events, what that one moves
-by itself does not count. A flight that was lost before the window's end and before `OUTLIVED` has
-none of these numbers, but how long it went on; one that its supervisor landed was not lost.
+against the mission's reference (of a flight that is broken off, against the last one), until `WINDOW` after
+the last has ended; of a flight without events, such as one with a heavier robot, all along. Where the same
+flight was flown without its events, what that one moves by itself does not count. A flight that was lost
+before the window's end and before `OUTLIVED` has none of these numbers, but how long it went on; one that its
+supervisor landed was not lost.
 """
 
 from __future__ import annotations
@@ -44,6 +45,9 @@ LEAST = 0.02
 
 MODE, GONE = "supervisor_mode", "surface_gone"
 """Signals: of a supervised flight, 0 while nothing is wrong; of a law, 1 where its surface has gone."""
+
+BROKEN_OFF = 2
+"""Number of the first mode in which a flight has no mission any more."""
 
 
 def _worse(meaning: str, unit: str) -> Score:
@@ -121,9 +125,18 @@ def fault(run: Run) -> dict[str, float]:
     }
 
 
+def _course(log: xr.Dataset, place: str, after: slice) -> np.ndarray:
+    """The reference of a place, W, m: a flight that is broken off has no mission, and keeps its last one."""
+    course = recorded(log, f"{place}_reference")[after]
+    if MODE not in log:
+        return course
+    broken = np.flatnonzero(log[MODE].values[after] >= BROKEN_OFF)
+    return course[np.minimum(np.arange(len(course)), broken[0])] if len(broken) else course
+
+
 def _departure(log: xr.Dataset, place: str, after: slice) -> np.ndarray:
     """How far a place has come from its reference since the first of some samples, W, m."""
-    off = recorded(log, place)[after] - recorded(log, f"{place}_reference")[after]
+    off = recorded(log, place)[after] - _course(log, place, after)
     return off - off[0]
 
 
@@ -135,7 +148,7 @@ def _astray(log: xr.Dataset, after: slice) -> np.ndarray:
     off, surface, axis = _departure(log, "tip_position", after), surface_of(log), contact_axis(log).vector
     if surface is None or not in_contact(log)[after][0]:
         return off
-    course = recorded(log, "tip_position_reference")[after]
+    course = _course(log, "tip_position", after)
     normal = np.array(surface["normal"])
     return off + np.outer((course - course[0]) @ normal / (normal @ axis), axis)
 

@@ -21,7 +21,8 @@ A flight survives that goes on for 5 s after the onset, or to its mission's end:
 the floor, or 2 m astray. So does one that its supervisor lands, slower than 0.6 m/s and upright. What a fault
 does is counted from its onset to 1.5 s after its end; of one that is there from take-off on, all along. Where
 there is a bound on the tip, what the same draw moves by itself, flown without the fault, does not count. A
-fault that unprotected flights of every controller survive within its bounds is no test, and is marked so.
+flight that is broken off is held to the last reference that it had: its mission went on without it. A fault
+that unprotected flights of every controller survive within its bounds is no test, and is marked so.
 """
 
 _MIXED = " Rows of more or fewer\nflights say so."
