@@ -418,7 +418,7 @@ def test_a_pen_that_stays_behind_presses_less(look: Any, behind: float, ease: fl
     ("force", "further"), [(0.4, 1.0), (1.0, 1.0), (1.5, 1.5), (2.0, 2.0), (3.0, 4.0 / 3.0), (5.0, 1.0)]
 )
 def test_who_presses_harder_lets_the_pen_stay_further_behind(look: Any, force: float, further: float) -> None:
-    """As friction does: up to 1 N the distances are the gains', twice as far at 2 N, and from 4 N on as before."""
+    """As friction does: twice as far at 2 N, and from 4 N on no further than at 1 N."""
     for behind, ease in ((0.015, 1.0), (0.0275, 0.5), (0.04, 0.2)):
         _, view, _ = look(at_state(SLIDE), wanted=force, position=task(0.0, further * behind, 0.0))
         assert float(view.ease) == pytest.approx(ease, abs=1e-9)

@@ -71,7 +71,7 @@ FELT = 0.33, 0.55
 
 HARD = 2.0
 """Wanted force up to which the distances of `ease_beyond` grow with it, N. Beyond, force times distance
-stays, down to those of 1 N: farther ones lost 3 N at a friction of 0.7 on a board that leans by 20 degrees."""
+stays, down to those of 1 N: farther ones lost 3 N at a friction of 0.7 on a board of 20 degrees."""
 
 FORGETS = 1.0
 """Rate at which that way and that force are forgotten, 1/s: errors of the slope add up."""
