@@ -269,21 +269,10 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
         "surface_gone": gone,
     }
     touched = where(touching > 0.5, place[1:3], state.touched)
-    known = (
-        max(state.known, is_in(machine.state, SLIDE)) * (1.0 - machine.given_up) * where(gone > 0.5, 0.0, 1.0)
-    )
+    there = (1.0 - machine.given_up) * where(gone > 0.5, 0.0, 1.0)
+    known = max(state.known, is_in(machine.state, SLIDE)) * there
     new = State(
-        machine,
-        surface,
-        axis_position,
-        lost_at,
-        anchor,
-        pace,
-        speed_next,
-        place,
-        sunk,
-        pressed,
-        touched,
-        known,
-    )
+        *(machine, surface, axis_position, lost_at, anchor, pace, speed_next, place, sunk, pressed),
+        touched=touched, known=known,
+    )  # fmt: skip
     return new, view, signals
