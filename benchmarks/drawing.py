@@ -16,6 +16,7 @@ import argparse
 import json
 import sys
 import time
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -84,6 +85,7 @@ def scores(run: Run) -> dict[str, Any]:
         "tail": 1e3 * max(tails(run), default=0.0),
         "lift_touch": float(found["checks"].get("lifted", {"value": 0.0})["value"]),
         "force_std": float(found["contact_force_normal_std"]),
+        "missed": ", ".join(name for name, check in found["checks"].items() if not check["kept"]),
     }
 
 
@@ -144,22 +146,33 @@ def corrections(number: int, drawn: Mapping[str, Any]) -> Corrections:
 def known_table(rows: Sequence[Mapping[str, Any]]) -> str:
     """The range of the seeds, a drawing a line."""
     lines = [
-        "| drawing | pen off its line, rms | Frechet distance | wanted | longest tail | lifts in touch |",
-        "|---|---|---|---|---|---|",
+        "| drawing | pen off its line, rms | Frechet distance | wanted | tail | lifts in touch | done |",
+        "|---|---|---|---|---|---|---|",
     ]
     for name, title in TITLES.items():
         own = [row for row in rows if row["part"] == "known" and row["drawing"] == name]
         if not own:
             continue
         if any(row["lost"] for row in own):
-            lines.append(f"| {title} | {sum(bool(row['lost']) for row in own)} of {len(own)} lost | | | | |")
+            lines.append(
+                f"| {title} | {sum(bool(row['lost']) for row in own)} of {len(own)} lost | | | | | |"
+            )
             continue
         lifts = len({row["tail"] for row in own}) > 1
         lines.append(
             f"| {title} | {spread(own, 'rms')} mm | {spread(own, 'frechet')} mm | {WANTED[name]:g} mm | "
             + (f"{spread(own, 'tail')} mm | {spread(own, 'lift_touch', 100.0)} % |" if lifts else "- | - |")
+            + f" {done(own)} |"
         )
     return "\n".join(lines)
+
+
+def done(rows: Sequence[Mapping[str, Any]]) -> str:
+    """How many were done as commanded, and what the others missed."""
+    missed = [name for row in rows if not row["lost"] for name in row["missed"].split(", ") if name]
+    kept = sum(not row["lost"] and not row["missed"] for row in rows)
+    causes = [f"{name} {count}" for name, count in Counter(missed).most_common()]
+    return f"{kept} of {len(rows)}" + (f" ({', '.join(causes)})" if causes else "")
 
 
 def spread(rows: Sequence[Mapping[str, Any]], key: str, scale: float = 1.0) -> str:
@@ -194,7 +207,10 @@ def unknown_table(rows: Sequence[Mapping[str, Any]]) -> str:
             )
         lines.append(f"| {title} | {' | '.join(cells)} | {wanted} |")
     lost = [f"{sum(bool(row['lost']) for row in part)} of {len(part)}" for part in pairs]
-    return "\n".join([*lines, f"| lost | {' | '.join(lost)} | 0 |"])
+    kept = [done(part) for part in pairs]
+    return "\n".join(
+        [*lines, f"| lost | {' | '.join(lost)} | 0 |", f"| done as commanded | {' | '.join(kept)} | |"]
+    )
 
 
 def write_tables(rows: Sequence[Mapping[str, Any]]) -> None:

@@ -7,13 +7,15 @@
 In an environment of its own; nothing of skylimb needs it. The robot, its tip and the surface's pair are the
 scene's own, elliptic cone and all, solved by Newton's method; rotors and servos are forces, as for any other
 simulator. It prints by how much the two flights differ, and what a step costs. Kernels are launched one by
-one here, which a batch on a GPU does once for all of its flights.
+one here, which a batch on a GPU does once for all of its flights: `--save FOLDER` keeps what
+`batch_mujoco_warp.py` flies there.
 """
 
 from __future__ import annotations
 
 import argparse
 import time
+from pathlib import Path
 
 import mujoco
 import mujoco_warp as mjw  # pyright: ignore[reportMissingImports]
@@ -43,8 +45,9 @@ class Forced:
         spec = mujoco.MjSpec.from_string(beginning.scene)
         for part in [*spec.actuators, *spec.sensors]:
             spec.delete(part)
+        spec.option.timestep, spec.option.solver = beginning.step, mujoco.mjtSolver.mjSOL_NEWTON
         self.model = model = spec.compile()
-        model.opt.timestep, model.opt.solver = beginning.step, mujoco.mjtSolver.mjSOL_NEWTON
+        self.scene, self.kept = spec.to_xml(), []
         self.data, self.robot = mujoco.MjData(model), beginning.robot
         joints = [*self.robot.shape_joints, *self.robot.vectoring_joints]
         self.angles = [model.joint(name).qposadr[0] for name in joints]
@@ -68,6 +71,7 @@ class Forced:
             along, link = site.xmat.reshape(3, 3)[:, 2], model.site_bodyid[site.id]
             torque = rotor.drag_torque_coefficient * thrust * along
             mujoco.mj_applyFT(model, data, thrust * along, torque, site.xpos, link, data.qfrc_applied)
+        self.kept.append(np.concatenate([data.qpos, data.qvel, data.qfrc_applied]))
         begin = time.perf_counter()
         force = self.go()
         self.spent, self.steps = self.spent + time.perf_counter() - begin, self.steps + 1
@@ -121,6 +125,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--controller", default="following")
     parser.add_argument("--until", type=float, default=12.0, help="s")
+    parser.add_argument("--save", type=Path, help="keep MuJoCo's scene, states and forces in this folder")
     options = parser.parse_args()
     wp.init()
     asked = {**QUIET, **SHORT, "stop_at": options.until}
@@ -130,6 +135,10 @@ def main() -> None:
             run = skylimb.run("paper", controller=options.controller, set=asked, plant=plant)
             flown.append(run.log)
             print(f"{plant.name}: {run.status} {run.cause}, {1e6 * plant.spent / plant.steps:.0f} us a step")
+            if options.save and plant.name == "forced":
+                options.save.mkdir(parents=True, exist_ok=True)
+                (options.save / "scene.xml").write_text(plant.scene, encoding="utf-8")
+                np.save(options.save / "steps.npy", np.array(plant.kept))
     ours, theirs = flown
     touching = np.linalg.norm(theirs.contact_force.values, axis=1) > 0.0
     print(f"in touch for {touching.mean() * options.until:.1f} s of {options.until:g}")

@@ -162,6 +162,19 @@ def test_a_pen_that_never_leaves_has_its_lift_divided_in_the_middle() -> None:
     assert drawn.strokes[1].stray == pytest.approx(0.1 - 0.006, abs=0.002)
 
 
+def test_a_landing_is_no_touch_of_a_lifted_pen() -> None:
+    """The clock waits at the end of the lift until the law has felt the surface."""
+    log = small_and_large(lead=along(np.array([[0.107, 0.05], [0.106, 0.05]]), 0.0005))
+    lift_samples = np.flatnonzero(log.phase.values == 1)
+    clock = log.time.values.copy()
+    waits = 6  # samples; the last three touch, and the clock goes on with the last tick of the lift
+    clock[lift_samples[-waits:-1]] = clock[lift_samples[-1]] - 0.01
+    landed = drawn_of(log.assign(mission_time=("time", clock)))
+    assert drawn_of(log).lift_touch > 0.0
+    assert landed.lift_touch == 0.0
+    assert landed.lift_time == pytest.approx(0.01 * (len(lift_samples) - waits))
+
+
 def test_the_verdict_holds_a_drawing_to_order_and_lifts() -> None:
     tolerances = {"pen_line": 0.02, "path": 0.95, "contact": 0.0, "strokes": 0.0, "lifted": 0.05}
     tail = along(np.array([[0.0, 0.0], [-0.03, 0.0]]))

@@ -18,7 +18,7 @@ from skylimb.analysis.recording.run import Run
 from skylimb.analysis.scores.pen_line import reference_line
 from skylimb.analysis.scores.score import DRAWING, Score, Tolerance, metric
 from skylimb.analysis.scores.signals import in_contact
-from skylimb.analysis.scores.strokes import drawn_line, lifted
+from skylimb.analysis.scores.strokes import drawn_line, held_off
 
 DRAWN = "drawn"
 """Where a run's metrics hold what was drawn, for whoever has it already."""
@@ -151,10 +151,10 @@ def line(run: Run) -> dict[str, float]:
     }
 )
 def lift(run: Run) -> dict[str, float]:
-    """Time of a drawing's lifts, and of touch within them."""
+    """Time of a drawing's lifts until the pen should be back, and of touch within it."""
     log = run.log
     if "reference_line" not in log or not reference_line(log):
         return {"time": np.nan, "touch_time": np.nan}
-    away, step = lifted(log), float(np.diff(log.time.values[:2])[0])
+    away, step = held_off(log), float(np.diff(log.time.values[:2])[0])
     touch = step * float((away & in_contact(log)).sum())
     return {"time": step * float(away.sum()), "touch_time": touch}

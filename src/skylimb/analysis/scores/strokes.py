@@ -153,6 +153,20 @@ def lifted(log: xr.Dataset) -> np.ndarray:
     return in_phase(log, "lift")
 
 
+def held_off(log: xr.Dataset) -> np.ndarray:
+    """At which samples of its lifts the pen was to be off the surface, (time,).
+
+    A lift ends for the pen where the mission's clock has come to its end. A law that stops the clock there
+    until it feels the surface is landing: a touch is what it waits for.
+    """
+    away = lifted(log)
+    if "mission_time" in log:
+        clock, step = log.mission_time.values, float(np.diff(log.time.values[:2])[0])
+        for begin, end in stretches(away):
+            away[begin:end] = clock[begin:end] < clock[end - 1] - 1.5 * step
+    return away
+
+
 def _pieces(samples: np.ndarray, points: np.ndarray) -> Iterator[np.ndarray]:
     """What was drawn from touch to loss of touch, with points `COARSE` apart at least."""
     for piece in np.split(points, np.flatnonzero(np.diff(samples) > 1) + 1):
