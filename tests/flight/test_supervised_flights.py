@@ -14,6 +14,7 @@ from skylimb.control.late_gains import MOST
 from skylimb.control.loop.loop import Loop
 from skylimb.control.preset import preset_names
 from skylimb.control.supervisor.limits import Limits
+from skylimb.control.supervisor.table import TABLE
 from skylimb.flight.drivers.free import FreeDriver
 from skylimb.flight.drivers.world import world
 from skylimb.flight.flying import simulated_vehicle
@@ -231,3 +232,21 @@ def test_without_a_rotor_it_descends_level_or_its_rotors_stop(rotor: str, end: f
         assert log.tilt.values.max() < 0.3
         assert np.linalg.norm(log.cog_velocity.values, axis=1).max() < 0.8
         assert len(modes) == 1200
+
+
+@pytest.mark.parametrize(("servo", "speed"), [("gimbal_joint2", 2.0), ("gimbal_joint4", -2.0)])
+def test_a_servo_that_turns_round_and_round_is_made_up_for_by_the_others(servo: str, speed: float) -> None:
+    """With the others' angles as they were it leant by up to .36 rad, and beside rotor 4 spun at 3 rad/s."""
+    runs = {"kind": "joint", "time": 3.0, "joint": servo, "speed": speed}
+    changes = {**HOLD, "phases.tare": 2.0, "phases.settle": 8.0, "events": [runs], "stop_at": 7.0}
+    log = skylimb.run(
+        "paper", "following", set={**changes, "supervisor.on": True, "supervisor.losses": True}
+    ).log
+    modes, turned = log.supervisor_mode.values, log.vectoring_angles.values
+    assert 0 < int(np.argmax(modes > 0.0)) - 600 < 50
+    assert set(modes[650:]) == {3.0}
+    assert log.tilt.values.max() < 0.26
+    # It has turned farther than any sound angle is, and its angle is believed.
+    assert np.abs(turned[-1] - turned[600]).max() > 7.0
+    numb = list(TABLE.bits).index("numb")
+    assert not (log.supervisor_bits.values.astype(int) >> numb & 1).any()

@@ -9,10 +9,10 @@ import pytest
 
 import skylimb
 from skylimb.control.planning.vectoring import nominal_posture
+from skylimb.control.supervisor.balance import RATE
 from skylimb.control.supervisor.descents import (
     LEANS,
     NEAR,
-    RATE,
     ROOM,
     Descents,
     descents_of,
@@ -90,7 +90,8 @@ def test_a_limp_joint_needs_no_torque_with_near_angles() -> None:
     ways = descents_of(robot, "contact", Limits(losses=True))
     free, *others = ways.limp
     assert free is not None
-    assert others == [None, None]  # they are too far, as docs/faults.md says
+    assert others == [None, None]  # they are too far: those are found in flight
+    np.testing.assert_array_equal(ways.unanswered(np.ones(7)), [0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0])
     assert np.abs(free - psi).max() <= NEAR + 1e-6
     torques = next(hovers(robot, q, free, Within(LEANS[-1], 0.0))).joint_torques
     before = next(hovers(robot, q, psi, Within(LEANS[-1], 0.0))).joint_torques

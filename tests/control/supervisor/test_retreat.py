@@ -4,16 +4,22 @@ import numpy as np
 import pytest
 
 import skylimb
+from skylimb.base.rotations import rot_z
+from skylimb.control.estimation.records import BodyState
 from skylimb.control.missions.reference import zero_reference
+from skylimb.control.planning.vectoring import nominal_posture
+from skylimb.control.posture import heading_of
 from skylimb.control.supervisor.records import initial_watch
 from skylimb.control.supervisor.retreat import (
     BACK,
     BACK_SPEED,
     CHANGE,
     DESCENT,
+    TURN,
     aimed,
     retreat,
     retreat_time,
+    turned_to,
 )
 from skylimb.control.supervisor.table import TABLE
 
@@ -74,3 +80,19 @@ def test_a_reference_of_no_numbers_is_not_gone_back_to() -> None:
     watch, flown, aims = aimed(watch, broken_off, spoilt, 0.2, 0.005)
     assert aims == 1.0
     np.testing.assert_array_equal(flown.position, LAST.position)
+
+
+@pytest.mark.parametrize(
+    ("away", "turned"), [(0.1, 0.1), (-0.1, -0.1), (2.0, TURN), (-2.0, -TURN), (5.0, -TURN)]
+)
+@pytest.mark.parametrize("align", [0.0, 1.0])
+def test_a_heading_that_is_far_away_is_turned_to_slowly(away: float, turned: float, align: float) -> None:
+    robot = skylimb.load_robot("hydrus_xi_quad")
+    q, psi = nominal_posture(robot, "contact")
+    model = robot.at(q + 0.2, psi)
+    body = BodyState(np.zeros(3), np.zeros(3), rot_z(0.4), np.zeros(3), model)
+    flown = LAST._replace(joint_angles=q, vectoring_angles=psi, align=align)
+    flown = flown._replace(heading=0.4 + away - float(heading_of(robot, model.tip_heading, flown)))
+    near = heading_of(robot, model.tip_heading, turned_to(robot, body, flown))
+    way = (float(near) - 0.4 + np.pi) % (2.0 * np.pi) - np.pi
+    assert way == pytest.approx(turned, abs=1e-9)

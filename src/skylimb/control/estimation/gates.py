@@ -27,7 +27,13 @@ class Gates:
     speed: Annotated[float, Key("m/s", "speed above which none is believed", above=0.0, high=1e3)] = 10.0
     turning: Annotated[float, Key("rad/s", "the same of the rates", above=0.0, high=1e3)] = 20.0
     angles: Annotated[
-        float, Key("rad", "greatest size of a measured joint or vectoring angle", above=0.0, high=1e3)
+        float,
+        Key(
+            "rad",
+            "way from the last to a measured joint or vectoring angle that is none",
+            above=0.0,
+            high=1e3,
+        ),
     ] = 7.0
     jump: Annotated[
         float, Key("m", "way from the predicted to a measured position that is none", above=0.0, high=1e3)
@@ -103,10 +109,13 @@ def relocked(
     return where(strange > gates.relock_after, 0.0, fault), strange
 
 
-def angle_fault(gates: Any, angles: Array) -> Any:
-    """The same of joint and vectoring angles, rad."""
-    fault = where(within(angles, -gates.angles, gates.angles) > 0.5, 0.0, 5.0)
-    return where(within(angles, -BEYOND, BEYOND) > 0.5, fault, 1.0)
+def angle_fault(gates: Any, ways: Array) -> Any:
+    """The same of joint and vectoring angles, by their ways from those that were believed last, rad.
+
+    Their size says nothing: a vectoring servo may turn round and round.
+    """
+    fault = where(within(ways, -gates.angles, gates.angles) > 0.5, 0.0, 5.0)
+    return where(within(ways, -BEYOND, BEYOND) > 0.5, fault, 1.0)
 
 
 def over(value: Any, limit: float) -> Any:

@@ -82,6 +82,11 @@ def watch_servos(
     return Servos(set_points, expected, bent, 1.0), astray
 
 
+def servo_lags(robot: Robot) -> np.ndarray:
+    """By how much each joint lags behind its servo's set point, s, (n,), shape and vectoring together."""
+    return _servos(robot).lag
+
+
 class _Known(NamedTuple):
     """What is known of the servos, of shape and vectoring joints together, (n,) each.
 

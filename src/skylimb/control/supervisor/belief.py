@@ -73,7 +73,7 @@ def believed(
     told, clocks, prediction = watch.told, watch.clocks, watch.prediction
     # Joints: their angles, or those that were believed last.
     angles = stack(measured.joint_angles, measured.vectoring_angles)
-    wrong = angle_fault(limits, angles)
+    wrong = angle_fault(limits, angles - prediction.angles)
     felt = within(wrong, 0.0, 0.5) * told.joints
     angles = where(felt > 0.5, angles, prediction.angles)
     prediction, speeds = differenced(prediction, angles, dt)
@@ -103,7 +103,7 @@ def believed(
     belief = measured._replace(joint_angles=q, vectoring_angles=psi, capture_age=age, **pose)
     prediction, body = seen(robot, prediction, belief, speeds, stale, dt)
     # Joints and rotors: where servos should have turned them, and what the loss of one rotor would explain.
-    servos, astray, limp = watch.servos, 0.0, watch.limp
+    servos, astray, loose = watch.servos, 0.0, watch.loose
     late, loss, lost = watch.late, watch.loss, Seen(0.0 * watch.loss.left, 0.0, 0.0, 0.0)
     if limits.losses:
         commanded = stack(watch.command.joint_angles, watch.command.vectoring_angles)
@@ -112,7 +112,7 @@ def believed(
         calm = within(watch.loss.left, 1.0, np.inf) * over(back, SHAKEN)
         each = each * calm * within(late.late, 0.0, MOST)
         astray = max(each) if each.shape[0] else 0.0
-        limp = _limp(robot, watch, *(parted(given, robot.n_joints)[0] for given in (each, speeds)))
+        loose = _loose(robot, watch, each, speeds)
         # A robot that swings, as frames are older than its model assumes, or that bends where nobody sent it,
         # looks like one without a rotor; so does one whose pose has just come back.
         timely = within(measured.capture_age, 0.0, limits.latency + late.late + LATE)
@@ -138,19 +138,23 @@ def believed(
         prediction=prediction,
         loss=loss,
         servos=servos,
-        limp=limp,
+        loose=loose,
         late=late,
     )
     return watch, Belief(belief, body, stack(fault, wrong), stale, speaks, lost, astray)
 
 
-def _limp(robot: Robot, watch: Watch, astray: Array, speeds: Array) -> Array:
-    """Joints that are astray and faster than a servo turns them: it has let go. The first ones are kept."""
+def _loose(robot: Robot, watch: Watch, astray: Array, speeds: Array) -> Array:
+    """Joints that are astray, those of the shape if they are faster than a servo turns them: it has let go.
+
+    The first ones are kept.
+    """
     if not astray.shape[0]:
-        return watch.limp
-    most = FASTER * robot.description.shape_servos.speed_limit
-    known = within(watch.mode, DESCEND, CUT) * over(max(watch.limp), 0.5)
-    return where(known > 0.5, watch.limp, astray * where(abs(speeds) > most, 1.0, 0.0))
+        return watch.loose
+    least = np.zeros(robot.n_joints + robot.n_vectoring)
+    least[: robot.n_joints] = FASTER * robot.description.shape_servos.speed_limit
+    known = within(watch.mode, DESCEND, CUT) * over(max(watch.loose), 0.5)
+    return where(known > 0.5, watch.loose, astray * where(abs(speeds) >= least, 1.0, 0.0))
 
 
 def _given_up(

@@ -6,7 +6,8 @@ turn at .5 rad/s, and a robot that has lost a rotor tilts by 15 degrees in .2 s.
 there is no way down are named before take-off, and a posture in which there would be one.
 
 A joint that nothing holds swings, as the tilted rotors of its links push past it; their thrusts swing along,
-and the robot drifts off. Where near vectoring angles leave no torque in the joint, they are taken.
+and the robot drifts off. Where near vectoring angles leave no torque in the joint, they are taken; where not,
+and where a vectoring joint itself goes its own way, the others find theirs in flight (`balance`).
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skylimb.control.planning.vectoring import nominal_posture
+from skylimb.control.supervisor.balance import RATE
 from skylimb.control.supervisor.limits import Limits
 from skylimb.robots.equilibrium import can_hold, hovers
 from skylimb.robots.equilibrium_results import Held, Within
@@ -39,9 +41,6 @@ POSTURES, NEARER = 40, 4
 """Postures that are tried for one with a way down, evenly over the joints' travel, and how often the way to
 the first one that has it is halved."""
 
-RATE = 3.5
-"""Speed of the vectoring angles, rad/s: all arrive together, as the lean is small along that way only."""
-
 
 class Descents(NamedTuple):
     """The ways down of a robot.
@@ -59,22 +58,29 @@ class Descents(NamedTuple):
         none = np.array([float(angles is None) for angles in self.angles] or [0.0] * left.shape[0])
         return dot(none, where(left > 0.0, 0.0, 1.0))
 
-    def followed(self, left: Array, limp: Array, here: Array, dt: float) -> Array:
+    def unanswered(self, loose: Array) -> Array:
+        """Those of the joints that nothing holds, (nq + nv,), for which no angles were found before."""
+        known = np.zeros(loose.shape[0])
+        known[: len(self.limp)] = [angles is not None for angles in self.limp]
+        return loose * (1.0 - known)
+
+    def followed(self, left: Array, loose: Array, here: Array, dt: float) -> Array:
         """Vectoring angles of a tick on their straight way to those without the part that is lost.
 
         Args:
             left: 0 of a rotor that is lost, (n,).
-            limp: 1 of a shape joint that is, (n_joints,).
+            loose: 1 of a joint that nothing holds, those of the shape first, (nq + nv,).
             here: vectoring angles of the last tick, rad, (nv,).
             dt: control period, s.
         """
         there = here
         for index, angles in enumerate(self.limp):
             if angles is not None:
-                there = where(limp[index] > 0.5, angles, there)
+                there = where(loose[index] > 0.5, angles, there)
         for index, angles in enumerate(self.angles):
             if angles is not None:
                 there = where(left[index] > 0.0, there, angles)
+        # All arrive together, as the lean is small along that way only.
         way = there - here
         return here + way * (RATE * dt / max(max(abs(way)), RATE * dt)) if here.shape[0] else here
 

@@ -78,7 +78,7 @@ class Watch(NamedTuple):
         prediction: for the next one.
         loss: which rotor has lost thrust.
         servos: where they should have turned the joints.
-        limp: 1 for each shape joint that nothing holds any more, (n_joints,).
+        loose: 1 for each joint that its servo holds no more, shape and vectoring together, (n_joints + nv,).
         late: how late measurements are.
         command: that was given last.
         asked: last reference of the mission, at which the flight was broken off.
@@ -92,7 +92,7 @@ class Watch(NamedTuple):
     prediction: Prediction
     loss: Loss
     servos: Servos
-    limp: Array
+    loose: Array
     late: Lateness
     command: Command
     asked: Reference
@@ -136,7 +136,7 @@ def initial_watch(robot: Robot, imu: bool = False) -> Watch:
         prediction=initial_prediction(robot, low),
         loss=initial_loss(robot.n_rotors),
         servos=initial_servos(robot),
-        limp=np.zeros(robot.n_joints),
+        loose=np.zeros(robot.n_joints + robot.n_vectoring),
         late=Lateness(),
         command=Command(low, q, psi),
         asked=zero_reference(robot.n_joints, robot.n_vectoring),

@@ -16,6 +16,7 @@ from skylimb.base.packing import chosen
 from skylimb.control.box_least_squares import nearest_in_box
 from skylimb.control.estimation.records import BodyState, Wrench
 from skylimb.control.records import Command
+from skylimb.control.supervisor.balance import balanced
 from skylimb.control.supervisor.descents import Descents
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Sight, Watch
@@ -103,7 +104,11 @@ def instead(
     least = within(watch.mode, DESCEND + 0.5, CUT) + (1.0 - watch.started)
     thrusts = where(least > 0.5, low[0], where(holds > 0.5, watch.command.thrusts, reserve))
     first = Command(thrusts, sight.reference.joint_angles, sight.reference.vectoring_angles)
-    angles = descents.followed(left, watch.limp, watch.command.vectoring_angles, dt)
+    angles = descents.followed(left, watch.loose, watch.command.vectoring_angles, dt)
+    if limits.losses:
+        level, speeds = sight.reference.vectoring_angles, watch.prediction.rates.rates
+        loose = descents.unanswered(watch.loose)
+        angles = balanced(robot, loose, sight.measurement, speeds, level, angles, dt)
     last = watch.command._replace(thrusts=thrusts, vectoring_angles=angles)
     return chosen(watch.started > 0.5, last, first)
 

@@ -5,11 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 from skylimb.base.packing import Layout, chosen
+from skylimb.base.rotations import rpy_from_rotation
 from skylimb.control.estimation.gates import BEYOND
+from skylimb.control.estimation.records import BodyState
 from skylimb.control.missions.reference import Reference
+from skylimb.control.posture import heading_of
 from skylimb.control.supervisor.records import Watch
 from skylimb.control.supervisor.table import CUT, RETREAT
-from skylimb.symbolic import clip, dot, max, min, vector, where, within
+from skylimb.robots.model import Robot
+from skylimb.symbolic import arctan2, clip, cos, dot, max, min, sin, vector, where, within
 
 BACK, BACK_SPEED = 0.3, 0.2
 """Way back along the contact axis, m, and its speed, m/s."""
@@ -20,6 +24,10 @@ DESCENT = 0.3
 CHANGE = 0.5
 """Greatest change of either speed, m/s^2. A step of .2 or .3 m/s is up to 13 N at once for a controller: it
 takes thrusts to their limits, where a robot that is broken off may have few left."""
+
+TURN = 0.3
+"""Greatest way to the heading that a robot that is broken off turns to, rad: yaw has the least torque, and
+what it takes of the thrusts roll and pitch have not."""
 
 
 def aimed(
@@ -48,6 +56,19 @@ def aimed(
     # A flight that was never given a reference has none to be broken off at.
     aims = within(dot(flown.contact_axis, flown.contact_axis), 0.5, 2.0) * where(broken_off > 0.5, 1.0, aims)
     return watch._replace(asked=asked, clocks=watch.clocks._replace(broken=broken)), flown, aims
+
+
+def turned_to(robot: Robot, body: BodyState, flown: Reference) -> Reference:
+    """The reference of a retreat with a heading that is near: what is far away is turned to slowly.
+
+    Args:
+        robot: the model.
+        body: as it is believed.
+        flown: what is to be flown.
+    """
+    yaw, wanted = rpy_from_rotation(body.R_WC)[2], heading_of(robot, body.model.tip_heading, flown)
+    way = arctan2(sin(wanted - yaw), cos(wanted - yaw))
+    return flown._replace(heading=flown.heading - (way - clip(way, -TURN, TURN)))
 
 
 def retreat(last: Reference, time: Any, floor: Any = 0.0, back: float = BACK) -> Reference:

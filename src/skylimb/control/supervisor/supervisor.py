@@ -22,8 +22,8 @@ from skylimb.control.supervisor.descents import Descents
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Sight, Told, Watch, sound
 from skylimb.control.supervisor.reserve import instead
-from skylimb.control.supervisor.retreat import aimed
-from skylimb.control.supervisor.table import CUT, DESCEND, TABLE
+from skylimb.control.supervisor.retreat import aimed, turned_to
+from skylimb.control.supervisor.table import CUT, DESCEND, RETREAT, TABLE
 from skylimb.robots.model import Robot
 from skylimb.symbolic import clip, stack, where, within
 
@@ -55,6 +55,8 @@ def before(
     found = bits_of(limits, descents, watch, belief)
     mode = TABLE.decided(watch.mode, found)
     watch, flown, aims = aimed(watch, mode, reference, limits.floor, dt)
+    near = turned_to(robot, belief.body, flown)
+    flown = chosen(within(mode, RETREAT - 0.5, CUT) > 0.5, near, flown)
     clocks = watch.clocks._replace(mode=where(mode == watch.mode, watch.clocks.mode + dt, 0.0))
     asks = watch.started * within(mode, 0.0, DESCEND - 0.5) * within(watch.told.late, 0.0, 0.5) * aims
     bits = stack(*(found[name] for name in TABLE.bits))
