@@ -2,6 +2,7 @@
 
 import shutil
 
+import numpy as np
 import pytest
 import trimesh
 
@@ -141,6 +142,17 @@ def test_xacro_with_the_tables_of_its_name(package):
     said = {doubt.what: doubt.value for doubt in report.doubts}
     assert "12 N in the URDF and 10 N in MotorInfo.yaml (at 23.2 V)" in said["greatest thrust"]
     assert "0.0172 m in the URDF and 0.02 m" in said["drag torque per thrust"]
+
+
+def test_servos_without_damping_are_given_some_and_it_is_said(package):
+    table = package / "config" / "small" / "Servo.yaml"
+    table.write_text("servo_controller:\n  gimbals:\n    simulation: {pid: {p: 7.0, i: 0.1, d: 0.0}}\n")
+    report = check_robot_file(package / "robots" / "small")
+    servo = report.description.vectoring_servos
+    assert {*servo.stiffness} == {7.0}
+    np.testing.assert_allclose(servo.damping, 0.14)
+    said = {doubt.what: doubt.value for doubt in report.doubts}
+    assert "without damping" in said["damping of the servos of gimbals"]
 
 
 def test_a_package_that_is_not_there_is_named(package):

@@ -223,13 +223,23 @@ def _named(motors: MotorTable) -> str:
 def _servo(
     group: str, tree: UrdfTree, joints: tuple[Element, ...], tables: LabTables, doubts: list[Doubt]
 ) -> Servo:
-    """Gains of the laboratory's table, else assumed; limits as the file says them, of each joint."""
+    """Gains of the laboratory's table, else assumed, and so is no damping; limits of each joint's file."""
     gains = tables.servos.get(group)
     if gains is None:
         gains = _SERVOS[group].stiffness, _SERVOS[group].damping
         value = f"are not said; {gains[0]:g} N m/rad and {gains[1]:g} N m s/rad are assumed"
         doubts.append(
             Doubt(f"gains of the servos of {group}", value, "say them in a mapping file, as measured")
+        )
+    elif not gains[1]:
+        # Vectoring angles that swing undamped at some 14 Hz take the robot along: it drifts away.
+        gains = gains[0], gains[0] * _SERVOS[group].damping / _SERVOS[group].stiffness
+        value = (
+            f"are {gains[0]:g} N m/rad without damping in the laboratory's table, which swings; "
+            f"{gains[1]:g} N m s/rad are assumed"
+        )
+        doubts.append(
+            Doubt(f"damping of the servos of {group}", value, "say it in a mapping file, as measured")
         )
     limits = list[float | tuple[float, ...]]()
     for key, most in (("effort", 1e5), ("velocity", 1e3)):

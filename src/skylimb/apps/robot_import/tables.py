@@ -41,7 +41,7 @@ class MotorTable:
 class LabTables(NamedTuple):
     """Of motors; and of simulated servos by group ("joints", "gimbals").
 
-    A servo's is its stiffness (N m/rad) and damping (N m s/rad).
+    A servo's is its stiffness (N m/rad) and damping (N m s/rad; 0 for none).
     """
 
     motors: MotorTable
