@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import skylimb
-from skylimb.robots.description import Link, Visual
 from skylimb.robots.extent import drawn_radius, parts_of, rim
+from skylimb.robots.links import Link, Visual
 from skylimb.robots.touch import can_touch
 
 UP, HERE = np.array([0.0, 0.0, 1.0]), np.zeros(3)

@@ -13,8 +13,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from skylimb.base.errors import unknown_name
-from skylimb.base.keys import Table, rows_of
+from skylimb.base.keys import Table
 from skylimb.base.packing import numeric, structure
 from skylimb.base.rotations import rpy_from_rotation
 from skylimb.base.signals import Signal
@@ -33,13 +32,13 @@ from skylimb.control.law_fields import require_fit
 from skylimb.control.law_monitor import LawMonitor
 from skylimb.control.law_trial import tried
 from skylimb.control.missions.reference import Reference
-from skylimb.control.needs import Needs, merged
+from skylimb.control.needs import Needs
 from skylimb.control.planning.posture import ReachFamily, posture_family, standing
 from skylimb.control.planning.vectoring import VectoringTable, vectoring_table
 from skylimb.control.posture import heading_of, posture_of
 from skylimb.control.prepared_gains import handed, settled
 from skylimb.control.preset import Preset
-from skylimb.control.preset_keys import preset_tables
+from skylimb.control.preset_keys import preset_tables, with_gains
 from skylimb.control.press import own_force, wanted_force
 from skylimb.control.python_laws import OpenLaw
 from skylimb.control.records import NOTHING, Command, Demand, LawInput
@@ -176,11 +175,7 @@ class Cascade:
     @property
     def in_python(self) -> dict[str, str]:
         """Laws of its users' that fly in Python, each with the reason why it cannot be compiled."""
-        return {
-            f"{name} law '{slot.name}'": next(iter(slot.python.values())).why
-            for name, slot in zip(SLOTS, self.preset.slots, strict=True)
-            if slot.python
-        }
+        return self.preset.in_python
 
     def opened(self) -> tuple[Cascade, list[Asked]]:
         """The cascade to be traced, and a list that then gets what the trace asks of Python."""
@@ -210,16 +205,12 @@ class Cascade:
     @property
     def needs(self) -> Needs:
         """What its laws need of the loop, together."""
-        return merged(slot.needs for slot in self.preset.slots)
+        return self.preset.needs
 
     @property
     def signals(self) -> dict[str, Signal]:
         """Unit, frame and meaning of the signals that laws in a user's file declare."""
-        return {
-            name: signal
-            for slot in self.preset.slots
-            for name, signal in getattr(slot.law, "signals", {}).items()
-        }
+        return self.preset.signals
 
     def require(self, dt: float) -> None:
         """Raise a `ConfigError` where a law cannot work at a control period of `dt` s."""
@@ -232,16 +223,7 @@ class Cascade:
         Raises:
             ConfigError: naming the gain that is unknown or cannot have its value, or the field that it needs.
         """
-        preset, where = self.preset, f"controller {self.name}"
-        for key, value in changes.items():
-            slot, _, rest = key.partition(".")
-            if slot not in SLOTS or not rest or rest == "law":
-                raise unknown_name(
-                    f"gain of {where}", key, [name for name, _, _ in rows_of(self.key_tables())]
-                )
-            preset = preset.with_gain(key, value, where)
-        require_fit(preset.slots, where)
-        return tried(replace(self, preset=preset))
+        return tried(replace(self, preset=with_gains(self.preset, changes, f"controller {self.name}")))
 
     def check_gain(self, key: str, value: Any, where: str) -> None:
         """Raise a `ConfigError` that begins with `where` unless the gain of this key may have this value."""
@@ -303,6 +285,6 @@ def build_cascade(robot: Robot, preset: Preset) -> Cascade:
     Raises:
         ConfigError: naming the laws that do not fit, and the field.
     """
-    purpose = merged(slot.needs for slot in preset.slots).vectoring
+    purpose = preset.needs.vectoring
     family = posture_family(standing(robot, purpose))
     return tried(Cascade(robot, preset, family, vectoring_table(robot, purpose)))

@@ -26,7 +26,8 @@ from skylimb.control.estimation.records import Measurement
 from skylimb.control.preset import DEFAULT_LAWS
 from skylimb.control.records import Command
 from skylimb.control.slots import find_law, keys_of_law
-from skylimb.robots.description import Inertial, Link, Rotor
+from skylimb.robots.description import Rotor
+from skylimb.robots.links import Inertial, Link
 from skylimb.robots.model import Robot
 
 FORMAT = "skylimb calibration"

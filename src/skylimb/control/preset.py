@@ -11,8 +11,10 @@ from skylimb.base.config import flatten, from_mapping, read_toml, to_mapping, wi
 from skylimb.base.errors import ConfigError, UnknownNameError, unknown_name
 from skylimb.base.keys.key import shown
 from skylimb.base.plugins import added_file, added_names
+from skylimb.base.signals import Signal
 from skylimb.control.law_fields import require_fit
 from skylimb.control.laws import Laws
+from skylimb.control.needs import Needs, merged
 from skylimb.control.slots import SLOTS, Slot, Slots, find_law, law_names, right_key
 
 PRESETS = Path(__file__).parent / "presets"
@@ -44,6 +46,26 @@ class Preset:
     def laws(self) -> Laws:
         """The law of every slot."""
         return Laws(*(slot.law for slot in self.slots))
+
+    @property
+    def needs(self) -> Needs:
+        """What its laws need of the loop, together."""
+        return merged(slot.needs for slot in self.slots)
+
+    @property
+    def signals(self) -> dict[str, Signal]:
+        """Unit, frame and meaning of the signals that laws in a user's file declare."""
+        declared = [getattr(slot.law, "signals", {}) for slot in self.slots]
+        return {name: signal for signals in declared for name, signal in signals.items()}
+
+    @property
+    def in_python(self) -> dict[str, str]:
+        """Laws of its users' that fly in Python, each with the reason why it cannot be compiled."""
+        return {
+            f"{name} law '{slot.name}'": next(iter(slot.python.values())).why
+            for name, slot in zip(SLOTS, self.slots, strict=True)
+            if slot.python
+        }
 
     def with_slot(self, slot: str, filled: Slot) -> Preset:
         """The preset with another law in one slot."""

@@ -6,8 +6,9 @@ import inspect
 from collections.abc import Iterator, Mapping
 from typing import Any, Literal
 
-from skylimb.base.keys import Key, KeyInfo, Table, tables_of
-from skylimb.control.law_fields import described
+from skylimb.base.errors import unknown_name
+from skylimb.base.keys import Key, KeyInfo, Table, rows_of, tables_of
+from skylimb.control.law_fields import described, require_fit
 from skylimb.control.preset import IMU, ROBOTS, Preset
 from skylimb.control.slots import SLOTS, Slot, law_names
 
@@ -39,6 +40,24 @@ def preset_tables(preset: Preset, mapping: Mapping[str, Any] | None = None) -> I
     for name, info in _CASES.items():
         if mapping and name in mapping:
             yield Table((), "", ((name, dict(mapping[name]), info),))
+
+
+def with_gains(preset: Preset, changes: Mapping[str, Any], where: str) -> Preset:
+    """A preset with other values of some gains, by dotted key; the laws stay.
+
+    Raises:
+        ConfigError: beginning with `where`, naming the gain that is unknown or cannot have its value, or the
+            field that it needs.
+    """
+    for key, value in changes.items():
+        slot, _, rest = key.partition(".")
+        if slot not in SLOTS or not rest or rest == "law":
+            raise unknown_name(
+                f"gain of {where}", key, [name for name, _, _ in rows_of(preset_tables(preset))]
+            )
+        preset = preset.with_gain(key, value, where)
+    require_fit(preset.slots, where)
+    return preset
 
 
 def law_tables(slot: str, name: str, law: Any) -> Iterator[Table]:

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from skylimb.robots.description import Joint, RobotDescription
+from skylimb.robots.description import RobotDescription
+from skylimb.robots.links import Joint
 from skylimb.robots.urdf import clean_rotation
 
 

@@ -14,103 +14,10 @@ import numpy as np
 
 from skylimb.base.keys import Key, configuration
 from skylimb.base.sources import Source
+from skylimb.robots.links import Fixed, Joint, Link, zeros
 
 GRAVITY = 9.80665
 """Standard gravity, m/s^2: that of every place that an experiment does not say otherwise."""
-
-
-def _zeros() -> np.ndarray:
-    return np.zeros(3)
-
-
-class _Fixed:
-    """Copies the arrays of a frozen dataclass and makes them read-only: nothing changes it by accident."""
-
-    def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if isinstance(value, np.ndarray):
-                kept = np.array(value, dtype=float)
-                kept.setflags(write=False)
-                object.__setattr__(self, name, kept)
-
-
-@dataclass(frozen=True, eq=False)
-class Inertial(_Fixed):
-    """Mass properties of one link.
-
-    Attributes:
-        mass: kg.
-        com: (3,) centre of mass in the link frame, m.
-        inertia: (3, 3) about the centre of mass, in the link frame's axes, kg m^2.
-    """
-
-    mass: float = 0.0
-    com: np.ndarray = field(default_factory=_zeros)
-    inertia: np.ndarray = field(default_factory=lambda: np.zeros((3, 3)))
-
-
-@dataclass(frozen=True, eq=False)
-class Visual(_Fixed):
-    """One primitive (or mesh) that draws a link.
-
-    Attributes:
-        shape: kind of geometry.
-        size: full edge lengths of a box; (radius, length) of a cylinder along z; (radius,) of a sphere; scale
-            of a mesh. m.
-        xyz: (3,) centre in the link frame, m.
-        R: (3, 3) orientation in the link frame.
-        rgba: colour, 0 .. 1.
-        mesh: file of a mesh, else None.
-    """
-
-    shape: Literal["box", "cylinder", "sphere", "mesh"]
-    size: tuple[float, ...]
-    xyz: np.ndarray
-    R: np.ndarray
-    rgba: tuple[float, float, float, float]
-    mesh: Path | None = None
-
-
-@dataclass(frozen=True)
-class Link:
-    """A rigid link of the URDF: what it weighs, how it looks, and what it may collide with itself by."""
-
-    name: str
-    inertial: Inertial = field(default_factory=Inertial)
-    visuals: tuple[Visual, ...] = ()
-    collisions: tuple[Visual, ...] = ()
-
-
-@dataclass(frozen=True, eq=False)
-class Joint(_Fixed):
-    """A joint of the URDF: the child link's frame seen from the parent link's.
-
-    Attributes:
-        xyz: (3,) origin of the child frame in the parent frame, m.
-        R: (3, 3) orientation of the child frame in the parent frame at joint angle zero.
-        axis: (3,) unit axis in the child frame.
-        lower: lower angle limit, rad (-inf when continuous).
-        upper: upper angle limit, rad (inf when continuous).
-        effort: torque limit, N m.
-        speed: speed limit, rad/s.
-        damping: viscous friction, N m s/rad.
-        friction: dry friction, N m.
-    """
-
-    name: str
-    kind: Literal["revolute", "continuous", "fixed"]
-    parent: str
-    child: str
-    xyz: np.ndarray
-    R: np.ndarray
-    axis: np.ndarray
-    lower: float
-    upper: float
-    effort: float
-    speed: float
-    damping: float
-    friction: float
-
 
 _Each = float | tuple[float, ...]
 """One number for every joint, or one for each."""
@@ -131,7 +38,7 @@ NO_SERVO = Servo(1.0, 0.0, 1.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Servos(_Fixed):
+class Servos(Fixed):
     """The servos of some joints, (n,) each: see `Servo`.
 
     Attributes:
@@ -148,7 +55,7 @@ class Servos(_Fixed):
 
 
 @dataclass(frozen=True, eq=False)
-class Rotor(_Fixed):
+class Rotor(Fixed):
     """A rotor and its frame {F_i}, whose z axis is the direction of thrust.
 
     Attributes:
@@ -182,7 +89,7 @@ class Rotor(_Fixed):
 
 
 @dataclass(frozen=True, eq=False)
-class Tip(_Fixed):
+class Tip(Fixed):
     """The tool: a frame at the middle of a small ball that touches, on a link.
 
     Attributes:
@@ -211,16 +118,16 @@ class Tip(_Fixed):
 
 
 @dataclass(frozen=True, eq=False)
-class Mount(_Fixed):
+class Mount(Fixed):
     """Where a sensor sits: origin (m) and axes in the frame of a link."""
 
     link: str
-    xyz: np.ndarray = field(default_factory=_zeros)
+    xyz: np.ndarray = field(default_factory=zeros)
     R: np.ndarray = field(default_factory=lambda: np.eye(3))
 
 
 @dataclass(frozen=True, eq=False)
-class PostureFamily(_Fixed):
+class PostureFamily(Fixed):
     """Postures with one parameter, the shape angle: q = offset + slope * theta (eq:joint angles), in rad."""
 
     offset: np.ndarray
@@ -237,7 +144,7 @@ class PostureFamily(_Fixed):
 
 
 @dataclass(frozen=True, eq=False)
-class RobotDescription(_Fixed):
+class RobotDescription(Fixed):
     """Everything that the files say about a robot.
 
     Attributes:

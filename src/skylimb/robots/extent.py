@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from skylimb.robots.bodies import lump
-from skylimb.robots.description import Link, RobotDescription, Rotor, Visual
+from skylimb.robots.description import RobotDescription, Rotor
+from skylimb.robots.links import Link, Visual
 
 _CORNERS = np.array(list(itertools.product((-0.5, 0.5), repeat=3)))
 _AROUND = 2.0 * math.pi * np.arange(25) / 24

@@ -9,9 +9,9 @@ import numpy as np
 
 from skylimb.base.errors import AllocationError, DescriptionError
 from skylimb.robots.controlled_axes import inputs_at, not_given
-from skylimb.robots.description import Inertial
 from skylimb.robots.equilibrium_results import Held, NotHeld
 from skylimb.robots.hover import any_hover, cannot_hover, find_hover
+from skylimb.robots.links import Inertial
 from skylimb.robots.model import Robot
 from skylimb.robots.starts import golden_steps, vectoring_starts, within_limits
 from skylimb.robots.validation import check_inertial, limited_by_torque

@@ -19,7 +19,7 @@ import numpy as np
 
 from skylimb.base.cache import cache_folder, keep, kept
 from skylimb.base.sources import Source, content_of
-from skylimb.robots.description import Joint, Link
+from skylimb.robots.links import Joint, Link
 from skylimb.robots.urdf import read_urdf
 
 Tree = tuple[str, tuple[Link, ...], tuple[Joint, ...]]

@@ -18,7 +18,6 @@ from skylimb.base.sources import Source, read_source
 from skylimb.robots.description import (
     GRAVITY,
     NO_SERVO,
-    Link,
     Mount,
     PostureFamily,
     RobotDescription,
@@ -37,6 +36,7 @@ from skylimb.robots.flight_file import (
     TipSection,
     VectoringSection,
 )
+from skylimb.robots.links import Link
 from skylimb.robots.links_file import Tree, tree_of
 from skylimb.robots.model import Robot
 from skylimb.robots.urdf import clean_rotation

@@ -20,7 +20,7 @@ import numpy as np
 from skylimb.base.errors import DescriptionError, missing_extra, unknown_name
 from skylimb.base.sources import Source
 from skylimb.base.xml_text import read_xml
-from skylimb.robots.description import Inertial, Joint, Link, Visual
+from skylimb.robots.links import Inertial, Joint, Link, Visual
 from skylimb.robots.packages import find_file
 
 _KINDS = ("revolute", "continuous", "fixed")

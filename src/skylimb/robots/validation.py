@@ -13,7 +13,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from skylimb.base.errors import DescriptionError
-from skylimb.robots.description import Inertial, Joint, RobotDescription
+from skylimb.robots.description import RobotDescription
+from skylimb.robots.links import Inertial, Joint
 
 _GYRATION_MAX = 3.0
 """Greatest believable radius of gyration of one link, m."""

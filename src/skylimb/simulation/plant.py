@@ -16,7 +16,8 @@ import numpy as np
 from skylimb.base.rotations import quaternion_from_rotation, rot_z
 from skylimb.control.missions.mission import Mission
 from skylimb.control.missions.reference import Reference
-from skylimb.robots.description import Inertial, Link, RobotDescription
+from skylimb.robots.description import RobotDescription
+from skylimb.robots.links import Inertial, Link
 from skylimb.robots.model import Robot
 from skylimb.simulation.air import AirNumbers, air_numbers
 from skylimb.simulation.contact import ContactReading, pair_compliance

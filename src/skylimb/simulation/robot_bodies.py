@@ -6,7 +6,8 @@ import mujoco
 import numpy as np
 
 from skylimb.base.rotations import quaternion_from_rotation
-from skylimb.robots.description import Inertial, Joint, Link, RobotDescription, Visual
+from skylimb.robots.description import RobotDescription
+from skylimb.robots.links import Inertial, Joint, Link, Visual
 from skylimb.simulation.contact_keys import TIP_GEOM, TIP_SITE
 from skylimb.simulation.servo_friction import add_servo_friction
 

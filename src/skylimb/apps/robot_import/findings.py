@@ -11,8 +11,9 @@ from skylimb.apps.robot_import.mechanics import Actuation
 from skylimb.apps.robot_import.self_collision import SelfCollision
 from skylimb.base.errors import SkylimbError
 from skylimb.control.planning.posture import posture_family
-from skylimb.robots.description import Inertial, RobotDescription
+from skylimb.robots.description import RobotDescription
 from skylimb.robots.flight_check import check_few_rotors, check_robot, least_norm_hover
+from skylimb.robots.links import Inertial
 from skylimb.robots.model import Robot
 from skylimb.robots.validation import check_inertial
 

@@ -10,8 +10,9 @@ import numpy as np
 
 from skylimb.apps.robot_import.checking import RobotReport
 from skylimb.base.rotations import rotation_from_axis_angle
-from skylimb.robots.description import RobotDescription, Visual
+from skylimb.robots.description import RobotDescription
 from skylimb.robots.extent import rim
+from skylimb.robots.links import Visual
 
 Pose = tuple[np.ndarray, np.ndarray]
 

@@ -10,7 +10,7 @@ from skylimb.apps.robot_import.doubts import Doubt, without_name
 from skylimb.apps.robot_import.roles import Roles
 from skylimb.apps.robot_import.tree import UrdfTree
 from skylimb.base.errors import DescriptionError
-from skylimb.robots.description import Inertial
+from skylimb.robots.links import Inertial
 from skylimb.robots.validation import check_inertial
 
 DUST = 1e-3

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 from skylimb.control.supervisor.descents import descents_of, protecting_posture
 from skylimb.control.supervisor.limits import Limits
-from skylimb.robots.description import Joint, RobotDescription, Rotor, Tip
+from skylimb.robots.description import RobotDescription, Rotor, Tip
+from skylimb.robots.links import Joint
 from skylimb.robots.model import Robot
 
 if TYPE_CHECKING:

@@ -53,11 +53,6 @@ def tip_position(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.nd
     return _geometry(robot)(joint_angles, vectoring_angles)[0].full().ravel()
 
 
-def tip_orientation(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> np.ndarray:
-    """How the tool is turned, as `TipTarget.orientation` counts: (3, 3)."""
-    return _geometry(robot)(joint_angles, vectoring_angles)[1].full()
-
-
 def tip_jacobian(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> np.ndarray:
     """Derivative of `tip_position` by the joint angles: (3, nq), m/rad."""
     return _geometry(robot)(joint_angles, vectoring_angles)[3].full()

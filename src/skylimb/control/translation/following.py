@@ -16,8 +16,7 @@ along, and heavier or lighter than it is by the mass ratio mu = M_d / m:
     f = -m (D_a (x' - x'_surface + r') + K_a (x - x_anchor)) + (1/mu - 1) (f_hat + N_ref) + N_ref + I,
     I' = k_i (N_ref - N_hat).
 
-The integral is what could pump energy into a bouncing contact, so it lives on a tank: what the damper along
-the axis dissipates fills it, the work of I empties it, and an empty tank lets the integral fade.
+The integral lives on a tank of energy (`control.tank`).
 Where the surface has gone from under the tip N_ref is 0, and the damper is firmer.
 Out of contact the tip is led along the axis by position.
 """
@@ -33,11 +32,10 @@ from skylimb.base.keys import Key, Vector3, configuration
 from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.hanging import slow_arm
 from skylimb.control.needs import Needs
-from skylimb.control.press import PLAIN, SATURATED, WAITING, wanted_force
-from skylimb.control.records import NOTHING, LawInput
+from skylimb.control.records import LawInput
 from skylimb.control.rubbing import Cancel, CancelCutoff, CancelLimit, Feed, expected_across, made_up, upright
+from skylimb.control.tank import gone, regulated
 from skylimb.control.terms import place_terms
-from skylimb.control.windup import unless_short
 from skylimb.symbolic import Array, clip, cross, dot, low_pass, where
 
 REQUIRES = (
@@ -62,9 +60,6 @@ OPTIONAL = {
     "contact.gone": "",
     "residual": "",
 }
-
-TANK_LOW, SHORT = 0.25, 0.05
-"""Share of the tank below which the integral fades; force that the rotors fell short by, N: both count."""
 
 BRAKE = 2.0
 """How much harder the damper along the axis is where the surface has gone: more would tilt the robot."""
@@ -230,8 +225,8 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
     led = m * (damper - spring)
     # The body follows what the surface does less what the arm makes up.
     relative = speed - (contact.surface_velocity - inputs.arm.rate)
-    held = m * gains.press_damping * (1.0 + BRAKE * _gone(inputs)) * relative
-    push, integral, tank, pressing = _press(gains, state, inputs, relative, held)
+    held = m * gains.press_damping * (1.0 + BRAKE * gone(inputs)) * relative
+    push, integral, tank, pressing = regulated(gains, state, inputs, relative, held)
     anchored = -m * gains.press_stiffness * (dot(a, body.position) - contact.anchor)
     pressed = push + anchored
     engaged = contact.engaged > 0.5
@@ -261,48 +256,3 @@ def _error_limit(gains: Any, axis: Array, i: int, gravity: Array) -> Any:
     g = dot(gravity, gravity) ** 0.5
     most = clip(0.5 * g / gains.stiffness[i] - gains.error_limit, 0.0, 10.0)
     return gains.error_limit + upright(axis, gravity) * most
-
-
-def _gone(inputs: LawInput) -> Any:
-    """How sure it is that the surface has gone, 0 to 1."""
-    return 0.0 if inputs.contact.gone is None else inputs.contact.gone
-
-
-def _press(
-    gains: Any, state: State, inputs: LawInput, relative: Any, damper: Any
-) -> tuple[Any, Any, Any, Signals]:
-    """Force along the axis besides the anchor's spring, N, the new integral and tank, and signals of it.
-
-    `relative` is the speed toward the surface, m/s, and `damper` what holds it back, N.
-    """
-    contact, dt = inputs.contact, inputs.dt
-    engaged, gone = contact.engaged, _gone(inputs)
-    commanded = wanted_force(inputs.reference.force, gains.force)
-    wanted = commanded * contact.ease * (1.0 - gone)
-    missing = wanted - contact.normal_force
-    alive = clip(4.0 * state.tank / gains.tank, 0.0, 1.0)
-    axis_residual = dot(inputs.reference.contact_axis, (inputs.residual or NOTHING).force)
-    integral = state.integral + unless_short(gains.force_integral * missing * dt, axis_residual)
-    integral = clip(integral, -gains.force_integral_limit, gains.force_integral_limit)
-    power = integral * relative
-    # The work that the integral takes back always fills the tank; what it spends needs energy in it.
-    used = integral * where(power > 0.0, alive, 1.0)
-    tank = clip(state.tank + (damper * relative - used * relative) * dt, 0.0, gains.tank)
-    estimated = dot(inputs.reference.contact_axis, inputs.estimate.wrench.force)
-    inertia = (1.0 / gains.press_mass_ratio - 1.0) * (estimated + wanted)
-    ramp = 1.0 if contact.ramp is None else contact.ramp
-    reason = PLAIN if contact.reason is None else contact.reason
-    limited = where(abs(integral) >= gains.force_integral_limit, 1.0, 0.0)
-    limited = where(tank < TANK_LOW * gains.tank, 1.0, where(abs(axis_residual) > SHORT, 1.0, limited))
-    signals = {
-        "contact_force_reference": commanded * inputs.reference.touch * ramp,
-        "contact_force_target": wanted * engaged,
-        "contact_force_integral": used * engaged,
-        "press_reason": where(limited * where(reason > WAITING, 0.0, 1.0) * engaged > 0.5, SATURATED, reason),
-    }
-    return (
-        wanted + used + inertia - damper,
-        integral * engaged,
-        where(engaged > 0.5, tank, gains.tank),
-        signals,
-    )

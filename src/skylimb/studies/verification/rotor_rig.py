@@ -11,16 +11,8 @@ import mujoco
 import numpy as np
 
 from skylimb.base.bound_function import BoundFunction
-from skylimb.robots.description import (
-    Inertial,
-    Joint,
-    Link,
-    PostureFamily,
-    RobotDescription,
-    Rotor,
-    Servos,
-    Tip,
-)
+from skylimb.robots.description import PostureFamily, RobotDescription, Rotor, Servos, Tip
+from skylimb.robots.links import Inertial, Joint, Link
 from skylimb.robots.model import Robot
 from skylimb.simulation.plant import Plant, build_plant
 from skylimb.simulation.plant_config import PlantConfig

@@ -7,7 +7,8 @@ import math
 import mujoco
 import numpy as np
 
-from skylimb.robots.description import Joint, RobotDescription
+from skylimb.robots.description import RobotDescription
+from skylimb.robots.links import Joint
 from skylimb.simulation.scene import scene_spec
 from skylimb.studies.verification.drawing import family, lines
 from skylimb.studies.verification.rotor_rig import (

@@ -1,0 +1,63 @@
+"""A press whose force integral lives on a tank of energy.
+
+The integral is what could pump energy into a bouncing contact. What the damper along the contact axis
+dissipates fills the tank, the integral's work empties it, and an empty tank lets the integral fade.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from skylimb.control.estimation.records import Signals
+from skylimb.control.press import PLAIN, SATURATED, WAITING, wanted_force
+from skylimb.control.records import NOTHING, LawInput
+from skylimb.control.windup import unless_short
+from skylimb.symbolic import clip, dot, where
+
+TANK_LOW, SHORT = 0.25, 0.05
+"""Share of the tank below which the integral fades; force that the rotors fell short by, N: both count."""
+
+
+def gone(inputs: LawInput) -> Any:
+    """How sure it is that the surface has gone, 0 to 1."""
+    return 0.0 if inputs.contact.gone is None else inputs.contact.gone
+
+
+def regulated(
+    gains: Any, state: Any, inputs: LawInput, relative: Any, damper: Any
+) -> tuple[Any, Any, Any, Signals]:
+    """Force along the axis besides the anchor's spring, N, the new integral and tank, and signals of it.
+
+    `relative` is the speed toward the surface, m/s, and `damper` what holds it back, N.
+    """
+    contact, dt = inputs.contact, inputs.dt
+    engaged, away = contact.engaged, gone(inputs)
+    commanded = wanted_force(inputs.reference.force, gains.force)
+    wanted = commanded * contact.ease * (1.0 - away)
+    missing = wanted - contact.normal_force
+    alive = clip(4.0 * state.tank / gains.tank, 0.0, 1.0)
+    axis_residual = dot(inputs.reference.contact_axis, (inputs.residual or NOTHING).force)
+    integral = state.integral + unless_short(gains.force_integral * missing * dt, axis_residual)
+    integral = clip(integral, -gains.force_integral_limit, gains.force_integral_limit)
+    power = integral * relative
+    # The work that the integral takes back always fills the tank; what it spends needs energy in it.
+    used = integral * where(power > 0.0, alive, 1.0)
+    tank = clip(state.tank + (damper * relative - used * relative) * dt, 0.0, gains.tank)
+    estimated = dot(inputs.reference.contact_axis, inputs.estimate.wrench.force)
+    inertia = (1.0 / gains.press_mass_ratio - 1.0) * (estimated + wanted)
+    ramp = 1.0 if contact.ramp is None else contact.ramp
+    reason = PLAIN if contact.reason is None else contact.reason
+    limited = where(abs(integral) >= gains.force_integral_limit, 1.0, 0.0)
+    limited = where(tank < TANK_LOW * gains.tank, 1.0, where(abs(axis_residual) > SHORT, 1.0, limited))
+    signals = {
+        "contact_force_reference": commanded * inputs.reference.touch * ramp,
+        "contact_force_target": wanted * engaged,
+        "contact_force_integral": used * engaged,
+        "press_reason": where(limited * where(reason > WAITING, 0.0, 1.0) * engaged > 0.5, SATURATED, reason),
+    }
+    return (
+        wanted + used + inertia - damper,
+        integral * engaged,
+        where(engaged > 0.5, tank, gains.tank),
+        signals,
+    )
