@@ -147,11 +147,10 @@ class Robot:
         self, joint_angles: Any, vectoring_angles: Any
     ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Position (3,) in m and orientation (3, 3) of every link's frame in the root frame, in numbers."""
-        blocks = np.split(
-            self._link_poses(joint_angles, vectoring_angles).full(), len(self.description.links), axis=1
-        )
+        all_ = self._link_poses(joint_angles, vectoring_angles).full()
         return {
-            link.name: (b[:, 0], b[:, 1:]) for link, b in zip(self.description.links, blocks, strict=True)
+            link.name: (all_[:, 4 * k], all_[:, 4 * k + 1 : 4 * k + 4])
+            for k, link in enumerate(self.description.links)
         }
 
     def link_pose_function(self, *links: str) -> ca.Function:

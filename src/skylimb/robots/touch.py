@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
 
 from skylimb.base.rotations import rot_z
+from skylimb.robots.description import RobotDescription
 from skylimb.robots.extent import Part, parts_of
 from skylimb.robots.model import Robot
 
@@ -62,16 +64,22 @@ def _places(
     robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray
 ) -> tuple[list[str], np.ndarray, np.ndarray, np.ndarray]:
     """Names, places and radii of what may be foremost, and the tip's place, m."""
-    poses, description = robot.link_poses(joint_angles, vectoring_angles), robot.description
-    bending = [description.root, *(description.joint(name).child for name in description.shape_joints)]
-    parts = [*(Part(name, name, np.zeros((1, 3))) for name in bending), *parts_of(description)]
+    poses = robot.link_poses(joint_angles, vectoring_angles)
+    parts, names, radii = _foremost_parts(robot.description)
     placed = [poses[part.link][0] + part.points @ poses[part.link][1].T for part in parts]
-    sizes = [len(points) for points in placed]
     tool, heading = robot.tool(joint_angles, vectoring_angles)
     level = rot_z(-heading)
-    names = [part.name for part, size in zip(parts, sizes, strict=True) for _ in range(size)]
-    radii = np.repeat([part.radius for part in parts], sizes)
     return names, np.concatenate(placed) @ level.T, radii, level @ tool[:, 0]
+
+
+@functools.lru_cache(maxsize=16)
+def _foremost_parts(description: RobotDescription) -> tuple[list[Part], list[str], np.ndarray]:
+    """What may be foremost in any posture; the name and the radius of each of their points."""
+    # A search for a posture asks this of one robot some thousand times.
+    bending = [description.root, *(description.joint(name).child for name in description.shape_joints)]
+    parts = [*(Part(name, name, np.zeros((1, 3))) for name in bending), *parts_of(description)]
+    names = [part.name for part in parts for _ in part.points]
+    return parts, names, np.repeat([part.radius for part in parts], [len(part.points) for part in parts])
 
 
 def _most_foremost(points: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -88,7 +89,8 @@ class Bodies:
         flat = [ca.reshape(part.T, -1, 1) for part in parts]
         function = ca.Function("body", [ca.vertcat(*given)], [ca.densify(ca.vertcat(*flat))], {"cse": True})
         self._given, self._made = np.zeros(sum(sizes)), np.zeros(48)
-        self._ends = np.cumsum([part.numel() for part in flat])[:-1]
+        ends = np.cumsum([part.numel() for part in flat]).tolist()
+        self._parts = [slice(*pair) for pair in itertools.pairwise([0, *ends])]
         self._bound = BoundFunction(function, [self._given], [self._made])
 
     def of(self, measured: Sequence[Any]) -> Body:
@@ -101,5 +103,6 @@ class Bodies:
         """
         np.concatenate(measured[:6], out=self._given)
         self._bound.evaluate()
-        parts = np.split(self._made.copy(), self._ends)
+        made = self._made.copy()
+        parts = (made[part] for part in self._parts)
         return Body(*(part.reshape(3, -1) if part.size == 9 else part for part in parts))

@@ -59,9 +59,12 @@ class Names:
         turning = (*self._description.shape_joints, *self._description.vectoring_joints)
         known = dict(zip(turning, angles, strict=True))
         for joint in self._description.joints:
-            if moving is None or moving == (joint.name in known):
-                turned = rotation_from_axis_angle(joint.axis, known.get(joint.name, 0.0))
-                yield self.link(joint.parent), self.link(joint.child), joint.xyz, np.asarray(joint.R @ turned)
+            turns = joint.name in known
+            if moving is None or moving == turns:
+                R = joint.R
+                if turns:
+                    R = np.asarray(R @ rotation_from_axis_angle(joint.axis, known[joint.name]))
+                yield self.link(joint.parent), self.link(joint.child), joint.xyz, R
 
     def root(self, angles: np.ndarray, measured: Placed) -> tuple[str, np.ndarray, np.ndarray]:
         """The first link of the URDF in W, from the measured link's pose there."""

@@ -84,11 +84,14 @@ def _polished(
     worth: Callable[[np.ndarray], float], q: np.ndarray, low: np.ndarray, high: np.ndarray
 ) -> np.ndarray:
     """A posture made better joint by joint until no step of any size does."""
+    held = worth(q)
     for step in _STEPS:
         better = True
         while better:
             moves = [np.clip(q + sign * step * e, low, high) for e in np.eye(len(q)) for sign in (1.0, -1.0)]
-            best = max(moves, key=worth)
-            better = worth(best) > worth(q) + 1e-9
-            q = best if better else q
+            worths = [worth(move) for move in moves]
+            best = int(np.argmax(worths))
+            better = worths[best] > held + 1e-9
+            if better:
+                q, held = moves[best], worths[best]
     return q

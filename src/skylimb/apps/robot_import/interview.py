@@ -130,14 +130,18 @@ def interview(
         SkylimbError: an answer that cannot be, or a file that cannot be read.
     """
     tables: dict[str, Any] = {}
+    checked: dict[str, RobotReport] = {}  # by what is said; a proposal that is taken says nothing new
     with tempfile.TemporaryDirectory() as folder:
+        said = Path(folder) / "mapping.toml"
         for question in (*QUESTIONS.items(), None):
-            said = Path(folder) / "mapping.toml"
-            said.write_text(tomli_w.dumps(tables), encoding="utf-8")
-            report = check_robot_file(path, packages, said, args=args)
+            text = tomli_w.dumps(tables)
+            if text not in checked:
+                said.write_text(text, encoding="utf-8")
+                checked[text] = check_robot_file(path, packages, said, args=args)
+            report = checked[text]
             if report.flight is None:
                 raise ConfigError(f"'{path}' is a robot of skylimb's form already; copy its folder")
-            yield report, tomli_w.dumps(tables)
+            yield report, text
             if question is not None:
                 name, doubted = question[0], _IN_DOUBT.get(question[0])
                 given = answers.get(name, "")
