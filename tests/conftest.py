@@ -3,6 +3,7 @@
 import gc
 import os
 from collections.abc import Generator, Iterator
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -19,9 +20,9 @@ settings.register_profile("skylimb", deadline=None, derandomize=True)
 settings.load_profile("skylimb")
 
 LONGEST = (
-    "test_page_browser.py", "test_verify_contact.py", "test_hostile_values.py", "test_restart.py",
-    "test_doors.py", "test_examples.py", "test_pilot.py", "test_hostile_files.py", "test_cli.py",
-    "test_campaign_engines.py", "test_house.py", "test_live_record.py", "test_figures.py",
+    "test_arms.py", "test_page_browser.py", "test_verify_contact.py", "test_hostile_values.py",
+    "test_restart.py", "test_doors.py", "test_examples.py", "test_pilot.py", "test_hostile_files.py",
+    "test_cli.py", "test_campaign_engines.py", "test_house.py", "test_live_record.py", "test_figures.py",
     "test_native_driver.py", "test_convert.py", "test_fly_robot.py", "test_campaign_folder.py",
     "test_reproduction.py", "test_written_folders.py", "test_task_frame.py", "test_descents.py",
     "test_export_c.py", "test_spinal.py", "test_repeating.py", "test_store.py", "test_equilibrium.py",
@@ -63,22 +64,41 @@ def browser() -> Iterator[Any]:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _coarse_pictures() -> Iterator[None]:
-    """Pictures with few dots, and pushes at few moments: most tests look at what is drawn, not how finely."""
+def _coarse_pictures() -> Iterator[dict[str, Any]]:
+    """Pictures with few dots, and pushes at few moments: most tests look at what is drawn, not how finely.
+
+    Their panels stay where they are put first, and their vectors are an empty page; `sharp` is for what looks
+    at that.
+    """
+    from skylimb.analysis.figures import style
+
+    made = {name: getattr(style, name) for name in ("DPI", "lay_out", "pdf")}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("skylimb.analysis.figures.style.DPI", 40)
+        patch.setattr(style, "DPI", 40)
         patch.setattr("skylimb.analysis.viewer.pushes.MOMENTS", 2)
-        yield
+        patch.setattr(style, "lay_out", lambda *_: None)
+        patch.setattr(style, "pdf", lambda _: b"%PDF-1.4\n%%EOF\n")
+        yield made
 
 
 @pytest.fixture(scope="session", autouse=True)
 def _quick_machine_code() -> Iterator[None]:
     """C without optimisation: built in a sixth of the time, the same bits.
 
-    The tests of the native driver itself build it as a user does.
+    A test of the native driver holds what a user builds against it.
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(compiling, "FLAGS", tuple(flag.replace("-O2", "-O0") for flag in compiling.FLAGS))
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _no_search_for_garbage() -> Iterator[None]:
+    """Before a flight on a clock: it would walk over all that tests have loaded, for a third of a second."""
+    with pytest.MonkeyPatch.context() as patch:
+        kept = {name: getattr(gc, name) for name in ("isenabled", "disable", "enable")}
+        nothing = dict.fromkeys(("collect", "freeze", "unfreeze"), lambda: None)
+        patch.setattr("skylimb.flight.realtime.clocked_flight.gc", SimpleNamespace(**kept, **nothing))
         yield
 
 
@@ -89,6 +109,7 @@ def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def sharp(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Pictures as fine as a user's."""
-    monkeypatch.setattr("skylimb.analysis.figures.style.DPI", 200)
+def sharp(monkeypatch: pytest.MonkeyPatch, _coarse_pictures: dict[str, Any]) -> None:
+    """Pictures as fine as a user's, their panels laid out, their vectors drawn."""
+    for name, made in _coarse_pictures.items():
+        monkeypatch.setattr(f"skylimb.analysis.figures.style.{name}", made)

@@ -1,6 +1,7 @@
 """What there is to be set and scored, as `list`, `show` and `keys` have it."""
 
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,15 @@ from skylimb.simulation.surfaces import SURFACES
 ROOT = Path(__file__).parents[3]
 
 
+@pytest.fixture(scope="module")
+def read_once() -> Iterator[None]:
+    """All files are read for each entry that is sought; here some 360 are."""
+    known = entries()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("skylimb.apps.catalogue.entries.entries", lambda: known)
+        yield
+
+
 def test_every_entry_has_a_name_of_its_own_and_a_meaning() -> None:
     known = entries()
     assert len({entry.name for entry in known}) == len(known)
@@ -30,6 +40,7 @@ def test_every_entry_has_a_name_of_its_own_and_a_meaning() -> None:
     assert {"path.drawing", "sensors", "metric.tilt_max", "campaign", "surface"} <= names
 
 
+@pytest.mark.usefixtures("read_once")
 @pytest.mark.parametrize("entry", entries(), ids=lambda entry: entry.name)
 def test_every_entry_is_found_and_has_keys_with_meanings(entry) -> None:
     assert find_entry(entry.name) == entry

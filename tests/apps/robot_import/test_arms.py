@@ -9,7 +9,7 @@ import pytest
 
 import skylimb
 from armed_robots import SIX, TWO, multirotor_with_arm
-from skylimb.apps.robot_import.checking import check_robot_file
+from skylimb.apps.robot_import.checking import RobotReport, check_robot_file
 from skylimb.control.controller import resolved_tables
 from skylimb.robots.controlled_axes import kind_of
 from skylimb.robots.description import RobotDescription
@@ -18,14 +18,23 @@ DOWN = "0 1.5708 0"
 """A tool frame whose z axis points forward, as URDFs of arms have it."""
 
 
+Armed = tuple[list[str], Path, RobotReport]
+"""Names of an arm's joints, a URDF that has it, and what a check of it found."""
+
+
+@pytest.fixture(scope="module", params=[TWO, SIX], ids=["two joints", "six joints"])
+def armed(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Armed:
+    path = multirotor_with_arm(tmp_path_factory.mktemp("armed") / "made.urdf", joints=request.param)
+    return [name for name, _, _ in request.param], path, check_robot_file(path)
+
+
 def joints_of(description: RobotDescription) -> list[str]:
     return list(description.shape_joints)
 
 
-@pytest.mark.parametrize("joints", [TWO, SIX])
-def test_the_joints_of_an_arm_are_used_by_their_names(tmp_path: Path, joints) -> None:
-    report = check_robot_file(multirotor_with_arm(tmp_path / "made.urdf", joints=joints))
-    assert joints_of(report.description) == [name for name, _, _ in joints]
+def test_the_joints_of_an_arm_are_used_by_their_names(armed: Armed) -> None:
+    names, _, report = armed
+    assert joints_of(report.description) == names
     assert report.description.tip.link == "tool0"
     assert report.can_touch, report.reasons
     assert not any(doubt.what.startswith("joint '") for doubt in report.doubts)
@@ -45,10 +54,9 @@ def test_what_moves_something_else_is_no_arm(tmp_path: Path, name: str) -> None:
     assert joints_of(report.description) == []
 
 
-@pytest.mark.parametrize("joints", [TWO, SIX])
-def test_the_tip_stands_before_every_disc_as_the_engine_places_them(tmp_path: Path, joints) -> None:
-    path = multirotor_with_arm(tmp_path / "made.urdf", joints=joints)
-    description = check_robot_file(path).description
+def test_the_tip_stands_before_every_disc_as_the_engine_places_them(armed: Armed) -> None:
+    _, path, report = armed
+    description = report.description
     text = path.read_text().replace('type="continuous"', 'type="fixed"')
     tree = mujoco.MjSpec.from_string(text)
     tree.compiler.fusestatic = False
@@ -96,6 +104,7 @@ def test_where_a_tools_axes_point_changes_nothing(tmp_path: Path) -> None:
         "quadrotor whose arms turn",
     ],
 )
+@pytest.mark.usefixtures("no_picture")
 def test_it_draws_a_circle_within_8_mm(tmp_path: Path, given: dict, force: float) -> None:
     path = multirotor_with_arm(tmp_path / "made.urdf", **given)
     skylimb.import_robot(path, tmp_path / "robot")
@@ -124,6 +133,7 @@ theta_nominal = 0.6
     ],
     ids=["stick", "two joints", "two joints under a hexarotor"],
 )
+@pytest.mark.usefixtures("no_picture")
 def test_with_its_tool_down_it_draws_a_circle_on_the_floor(tmp_path: Path, given: dict, posture: str) -> None:
     (tmp_path / "mapping.toml").write_text(posture)
     path = multirotor_with_arm(tmp_path / "made.urdf", **given)

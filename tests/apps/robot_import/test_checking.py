@@ -10,7 +10,7 @@ from skylimb.apps.robot_import.checking import check_robot_file
 from skylimb.apps.robot_import.repairs import nearest_inertia
 from skylimb.apps.robot_import.report import report_text, verdict
 from skylimb.base.errors import SkylimbError
-from skylimb.robots.description import Inertial
+from skylimb.robots.links import Inertial
 from skylimb.robots.validation import check_inertial
 
 # Pinocchio fills its module at run time, where a type checker cannot look.
@@ -158,8 +158,13 @@ def test_each_doubt_by_name_with_its_value(lab_file, name):
     assert value in doubt_about(report, what).value
 
 
-def test_three_rotors_load_and_cannot_hover(lab_file):
-    report = check_robot_file(lab_file(("rotor4", "spare"), ("thrust4", "spare_end")))
+def test_three_rotors_load_and_cannot_hover(lab_file, tmp_path):
+    mapping = tmp_path / "mapping.toml"  # no posture that hovers is looked for in vain
+    mapping.write_text(
+        "[posture]\noffset = [0.0]\nslope = [1.0]\ntheta_min = -0.1\ntheta_max = 0.1\ntheta_nominal = 0.0\n"
+    )
+    path = lab_file(("rotor4", "spare"), ("thrust4", "spare_end"))
+    report = check_robot_file(path, mapping=mapping)
     assert not report.can_hover
     assert "3 rotors" in verdict(report)
 

@@ -38,6 +38,7 @@ def test_a_stick_on_the_body_points_away_from_it(tmp_path: Path, way: str) -> No
     assert bool(report.actuation.ahead) == (heading == "tool")
 
 
+@pytest.mark.usefixtures("no_picture")
 @pytest.mark.parametrize("way", ["to the left", "to the back"])
 def test_a_stick_to_any_side_draws_on_a_board(tmp_path: Path, way: str) -> None:
     """The robot turns that side to the board; it was refused for having no wall ahead."""

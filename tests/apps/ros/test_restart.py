@@ -94,7 +94,9 @@ def test_nothing_is_measured_any_more_and_it_ends_by_its_time(hovering: Wire) ->
     assert not hovering.armed
 
 
-def test_a_disarm_that_was_not_heard_is_repeated(hovering: Wire) -> None:
+def test_a_disarm_is_repeated_until_it_is_heard_and_a_board_that_others_arm_again_is_stopped(
+    hovering: Wire,
+) -> None:
     deaf = True
 
     def spoil(one: Outgoing) -> Outgoing | None:
@@ -108,11 +110,6 @@ def test_a_disarm_that_was_not_heard_is_repeated(hovering: Wire) -> None:
     deaf = False
     hovering.until(FlightState.ARM_OFF, 0.2)
     assert not hovering.armed
-
-
-def test_a_board_that_is_armed_by_somebody_else_after_a_flight_is_stopped(hovering: Wire) -> None:
-    hovering.tick(HALT)
-    hovering.until(FlightState.ARM_OFF, 0.2)
     hovering.down.append(Outgoing(topics.CONFIG, 0))
     hovering.tick()
     assert hovering.armed

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -67,6 +69,15 @@ def stepper(imu: bool) -> tuple[ca.Function, Layout[Filtered]]:
 STEPS = {imu: stepper(imu) for imu in (False, True)}
 
 
+MANY = 200
+"""Steps that are one function: all flights here are multiples of it."""
+
+
+@functools.cache
+def many_steps(imu: bool) -> ca.Function:
+    return STEPS[imu][0].mapaccum(MANY)
+
+
 class Flown(NamedTuple):
     """A body under known and unknown wrench: what is measured without error, and how it really moves."""
 
@@ -74,6 +85,7 @@ class Flown(NamedTuple):
     motion: list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]
 
 
+@functools.cache
 def flight(seconds: float, age: int = 0, pushed: float = 0.0) -> Flown:
     """Rotors that hover and swing a little; the unknown wrench acts from `pushed` (s) on.
 
@@ -124,12 +136,29 @@ def flight(seconds: float, age: int = 0, pushed: float = 0.0) -> Flown:
     return Flown(given, motion)
 
 
-def estimated(given: list[Given], imu: bool = False) -> list[Filtered]:
+class Estimates(Sequence[Filtered]):
+    """States tick by tick, unpacked where one is looked at."""
+
+    def __init__(self, rows: np.ndarray, kept: Layout[Filtered]) -> None:
+        self._rows, self._kept = rows, kept
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    def __getitem__(self, at: Any) -> Any:
+        if isinstance(at, slice):
+            return Estimates(self._rows[at], self._kept)
+        return self._kept.unpack(self._rows[at])
+
+
+def estimated(given: list[Given], imu: bool = False) -> Estimates:
     """The filter at every tick."""
-    step, kept = STEPS[imu]
-    state = kept.pack(initial_filter(SPREAD, first_biases(ImuSpread(on=imu))))
-    states = step.mapaccum(len(given))(state, np.transpose([GIVEN.pack(one) for one in given]))
-    return [kept.unpack(row) for row in states.full().T]
+    kept = STEPS[imu][1]
+    rows = [kept.pack(initial_filter(SPREAD, first_biases(ImuSpread(on=imu))))[None]]
+    told = np.array([GIVEN.pack(one) for one in given])
+    for begin in range(0, len(told), MANY):
+        rows.append(many_steps(imu)(rows[-1][-1], told[begin : begin + MANY].T).full().T)
+    return Estimates(np.concatenate(rows[1:]), kept)
 
 
 @pytest.mark.parametrize("age", [0, 3, 10])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
@@ -37,6 +38,20 @@ def body(momentum: np.ndarray) -> Any:
     return SimpleNamespace(model=MODEL, velocity=momentum[:3] / MASS, angular_velocity=spin)
 
 
+STATE = Layout(Window())
+
+
+@functools.cache
+def compiled(gains: WindowGains) -> ca.Function:
+    """A look as one function: (state, momentum, age) -> state."""
+    flat, momentum, age = ca.SX.sym("state", STATE.size), ca.SX.sym("momentum", 6), ca.SX.sym("age")
+    shown = SimpleNamespace(
+        model=MODEL, velocity=momentum[:3] / MASS, angular_velocity=np.linalg.inv(INERTIA) @ momentum[3:]
+    )
+    made = STATE.pack(looked(gains, STATE.unpack(flat), shown, age, DT))  # type: ignore[arg-type]
+    return ca.Function("step", [flat, momentum, age], [ca.densify(made)])
+
+
 def seen(
     gains: WindowGains, wrench: np.ndarray, noise: float = 0.0, known: np.ndarray | None = None
 ) -> list[Window]:
@@ -48,7 +63,8 @@ def seen(
     for k in range(len(wrench)):
         if k % 2 == 0:
             shown = momentum[max(k - 2, 0)] + noise * rng.normal(size=6)
-        state = looked(gains, state, body(shown), 0.01 + DT * (k % 2), DT)
+        made = compiled(gains)(STATE.pack(state), shown, 0.01 + DT * (k % 2))
+        state = STATE.unpack(made.full().ravel())
         found.append(state)
         state = state._replace(known_force=known[k, :3], known_torque=known[k, 3:])
     return found
@@ -120,20 +136,13 @@ def test_a_known_wrench_that_was_greater_all_along_leaves_as_much_less() -> None
 
 
 def test_compiled_it_makes_the_same() -> None:
-    layout, gains = Layout(Window()), WindowGains()
-    flat, momentum, age = ca.SX.sym("state", layout.size), ca.SX.sym("momentum", 6), ca.SX.sym("age")
-    shown = SimpleNamespace(
-        model=MODEL, velocity=momentum[:3] / MASS, angular_velocity=np.linalg.inv(INERTIA) @ momentum[3:]
-    )
-    made = layout.pack(looked(gains, layout.unpack(flat), shown, age, DT))  # type: ignore[arg-type]
-    step = ca.Function("step", [flat, momentum, age], [made])
-    rng, state = np.random.default_rng(5), Window()
-    other = layout.pack(state)
+    gains, rng, state = WindowGains(), np.random.default_rng(5), Window()
+    other = STATE.pack(state)
     for k in range(100):
         given, late = 0.02 * rng.normal(size=6), 0.01 + DT * (k % 2)
         state = looked(gains, state, body(given), late, DT)
-        other = step(other, given, late).full().ravel()
-    np.testing.assert_allclose(other, layout.pack(state), atol=1e-9)
+        other = compiled(gains)(other, given, late).full().ravel()
+    np.testing.assert_allclose(other, STATE.pack(state), atol=1e-9)
 
 
 def test_as_c_it_passes_its_test_vector(run_as_c: Callable[..., None]) -> None:

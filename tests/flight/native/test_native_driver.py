@@ -16,11 +16,13 @@ from skylimb.control.loop.loop import CHECK_INTERVAL
 from skylimb.control.missions.clock import entries
 from skylimb.control.missions.mission import Mission
 from skylimb.control.missions.reference import Reference
+from skylimb.flight.drivers import machine_code
 from skylimb.flight.drivers.native import compile_native, fly_native
 from skylimb.flight.drivers.native import fly as fly_module
 from skylimb.flight.drivers.native.library import control_callback
 from skylimb.flight.flying import fly_here
 from skylimb.flight.takeoff import Takeoff
+from skylimb.simulation import compiling
 from skylimb.simulation.plant import Plant
 
 Make = Callable[..., Takeoff]
@@ -147,6 +149,19 @@ def test_both_drivers_fly_the_same(name: str, company: list[Takeoff], flown: lis
     assert bool(found.cause) == (name in LOST)
     if takeoff.experiment.name not in ("free_flight", "push") and not found.cause:
         assert found.signal("contact_duty").max() > 0.0
+
+
+def test_as_a_user_builds_it_it_flies_the_same_bits(
+    company: list[Takeoff], flown: list[Flight], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With optimisation, which the other tests go without."""
+    place = [*FLIGHTS].index("all at once")
+    monkeypatch.setattr(compiling, "FLAGS", tuple(flag.replace("-O0", "-O2") for flag in compiling.FLAGS))
+    monkeypatch.setattr(machine_code, "_loaded", type(machine_code._loaded)())
+    (found,) = fly_native([company[place]], 1)
+    assert len(machine_code._loaded) == 1
+    assert found.ticks == flown[place].ticks
+    assert np.array_equal(found.signals[: found.ticks], flown[place].signals[: found.ticks], equal_nan=True)
 
 
 def test_any_number_of_threads_gives_the_same_bits(company: list[Takeoff], flown: list[Flight]) -> None:

@@ -225,7 +225,7 @@ def test_a_retreat_goes_back_then_down_and_stays() -> None:
         np.testing.assert_allclose(reference.tip_position, reference.position - last.position)
 
 
-@settings(max_examples=25)
+@settings(max_examples=12)
 @given(dt=st.floats(0.001, 0.05), tick=st.integers(1, 40), height=st.floats(0.2, 3.0))
 def test_a_retreat_begins_where_it_was_and_never_jumps(
     robot: Robot, hovering: Make, dt: float, tick: int, height: float

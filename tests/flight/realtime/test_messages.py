@@ -215,7 +215,7 @@ def spoiled(rng: np.random.Generator, fields: dict[str, Any]) -> bytes:
     return bytes(data[: rng.integers(len(data) + 1)] if rng.random() < 0.05 else data)
 
 
-def test_ten_thousand_spoiled_messages(robot: Robot, hovering: Make) -> None:
+def test_two_thousand_spoiled_messages(robot: Robot, hovering: Make) -> None:
     """The real controller flies on them: every command is finite and within limits, and nothing is raised."""
     rng, linked, time = np.random.default_rng(3), Vehicle(robot), 0.0
     controller: Any = skylimb.load_controller("following", robot)
@@ -229,7 +229,7 @@ def test_ten_thousand_spoiled_messages(robot: Robot, hovering: Make) -> None:
     low, high = robot.thrust_limits()
     bottom, top = robot.joint_limits()
     state, flown = guard.initial_state(), 0
-    for k in range(10_000):
+    for k in range(2_000):
         time = linked.time = k * DT
         fields = msgspec.to_builtins(linked.state(hovering(), k))
         linked.wire.put(spoiled(rng, fields), "robot" if rng.random() < 0.95 else "other")
@@ -244,7 +244,7 @@ def test_ten_thousand_spoiled_messages(robot: Robot, hovering: Make) -> None:
         linked.vehicle.apply(command)
         decode(linked.wire.sent.pop(), CommandMessage)
     assert np.isfinite(state).all()
-    assert flown > 100
+    assert flown > 20
     assert len(linked.vehicle.counts) >= 5
     assert set(guard.counts) >= {"not finite", "no attitude", "jump", "angle out of range", "too fast"}
 
