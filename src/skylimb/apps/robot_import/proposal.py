@@ -233,7 +233,8 @@ def _servo(
         )
     elif not gains[1]:
         # Vectoring angles that swing undamped at some 14 Hz take the robot along: it drifts away.
-        gains = gains[0], gains[0] * _SERVOS[group].damping / _SERVOS[group].stiffness
+        rate = float(np.divide(_SERVOS[group].damping, _SERVOS[group].stiffness))
+        gains = gains[0], gains[0] * rate
         value = (
             f"are {gains[0]:g} N m/rad without damping in the laboratory's table, which swings; "
             f"{gains[1]:g} N m s/rad are assumed"
