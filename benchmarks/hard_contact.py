@@ -251,7 +251,8 @@ def fly(place: Place, preset: str, drawn: Changes) -> dict[str, Any]:
         return {"refused": str(error)}
     found = {**run.metrics, **measured(run, ["contact", "faults"])}
     if run.failed:
-        return {"landed" if found["fault_landed"] else "lost": run.cause}
+        late = run.cause.startswith("not finished")
+        return {"landed" if found["fault_landed"] else "not finished" if late else "lost": run.cause}
     return {key: OWN[key](run) if key in OWN else found[key] for key in place.wanted}
 
 
@@ -272,10 +273,10 @@ def cells(place: Place, rows: Sequence[Changes]) -> Iterator[str]:
 
 def table(rows: Sequence[Changes]) -> str:
     """A line for each place and preset."""
-    ends = ("refused", "landed", "lost")
+    ends = ("refused", "landed", "not finished", "lost")
     lines = [
         f"| where | preset | draws | {' | '.join(ends)} | median / worst decile (wanted) |",
-        "|---" * 7 + "|",
+        "|---" * 8 + "|",
     ]
     for place in PLACES:
         for preset in place.presets:
