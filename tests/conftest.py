@@ -64,21 +64,12 @@ def browser() -> Iterator[Any]:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _coarse_pictures() -> Iterator[dict[str, Any]]:
-    """Pictures with few dots, and pushes at few moments: most tests look at what is drawn, not how finely.
-
-    Their panels stay where they are put first, and their vectors are an empty page; `sharp` is for what looks
-    at that.
-    """
-    from skylimb.analysis.figures import style
-
-    made = {name: getattr(style, name) for name in ("DPI", "lay_out", "pdf")}
+def _coarse_pictures() -> Iterator[None]:
+    """Pictures with few dots, and pushes at few moments: most tests look at what is drawn, not how finely."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(style, "DPI", 40)
+        patch.setattr("skylimb.analysis.figures.style.DPI", 40)
         patch.setattr("skylimb.analysis.viewer.pushes.MOMENTS", 2)
-        patch.setattr(style, "lay_out", lambda *_: None)
-        patch.setattr(style, "pdf", lambda _: b"%PDF-1.4\n%%EOF\n")
-        yield made
+        yield
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -109,7 +100,6 @@ def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def sharp(monkeypatch: pytest.MonkeyPatch, _coarse_pictures: dict[str, Any]) -> None:
-    """Pictures as fine as a user's, their panels laid out, their vectors drawn."""
-    for name, made in _coarse_pictures.items():
-        monkeypatch.setattr(f"skylimb.analysis.figures.style.{name}", made)
+def sharp(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures as fine as a user's."""
+    monkeypatch.setattr("skylimb.analysis.figures.style.DPI", 200)

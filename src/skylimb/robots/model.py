@@ -147,9 +147,9 @@ class Robot:
         self, joint_angles: Any, vectoring_angles: Any
     ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Position (3,) in m and orientation (3, 3) of every link's frame in the root frame, in numbers."""
-        all_ = self._link_poses(joint_angles, vectoring_angles).full()
+        poses = self._link_poses(joint_angles, vectoring_angles).full()
         return {
-            link.name: (all_[:, 4 * k], all_[:, 4 * k + 1 : 4 * k + 4])
+            link.name: (poses[:, 4 * k], poses[:, 4 * k + 1 : 4 * k + 4])
             for k, link in enumerate(self.description.links)
         }
 

@@ -43,8 +43,7 @@ def six(make_run):
 
 
 @pytest.mark.parametrize("picture", REPORT_FIGURES, ids=lambda picture: picture.name)
-def test_every_figure_draws_any_number_of_runs(six, picture, tmp_path, sharp, monkeypatch):
-    monkeypatch.setattr(style, "DPI", 40)
+def test_every_figure_draws_any_number_of_runs(six, picture, tmp_path):
     for path in style.save(picture.draw({"flight 0": six["flight 0"]}), tmp_path / picture.name):
         assert path.stat().st_size > 1500
     assert len(style.png(picture.draw(six))) > 1500

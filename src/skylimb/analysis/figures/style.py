@@ -18,7 +18,6 @@ from cycler import cycler
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import LayoutEngine
 from matplotlib.legend_handler import HandlerTuple
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -213,20 +212,8 @@ def save(figure: Figure, stem: Path) -> tuple[Path, Path]:
     with replacing(picture, durable=False) as aside:
         aside.write_bytes(png(figure))
     with replacing(document, durable=False) as aside:
-        aside.write_bytes(pdf(figure))
+        figure.savefig(aside, format="pdf", metadata={"CreationDate": None})
     return picture, document
-
-
-def pdf(figure: Figure) -> bytes:
-    """A figure as PDF: vectors with their fonts, the same bytes at any time."""
-    document = io.BytesIO()
-    figure.savefig(document, format="pdf", metadata={"CreationDate": None})
-    return document.getvalue()
-
-
-def lay_out(figure: Figure, engine: LayoutEngine) -> None:
-    """Give the panels their places."""
-    engine.execute(figure)
 
 
 @styled
@@ -236,7 +223,7 @@ def png(figure: Figure, dpi: float | None = None) -> bytes:
     engine = figure.get_layout_engine()
     if engine is not None:
         # Matplotlib would solve it twice, and draw the figure once more in between.
-        lay_out(figure, engine)
+        engine.execute(figure)
         figure.set_layout_engine(None)
     picture = io.BytesIO()
     figure.savefig(

@@ -272,7 +272,17 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     there = (1.0 - machine.given_up) * where(gone > 0.5, 0.0, 1.0)
     known = max(state.known, is_in(machine.state, SLIDE)) * there
     new = State(
-        *(machine, surface, axis_position, lost_at, anchor, pace, speed_next, place, sunk, pressed),
-        touched=touched, known=known,
-    )  # fmt: skip
+        machine,
+        surface,
+        axis_position,
+        lost_at,
+        anchor,
+        pace,
+        speed_next,
+        place,
+        sunk,
+        pressed,
+        touched,
+        known,
+    )
     return new, view, signals
