@@ -95,6 +95,34 @@ def test_rotors_and_servos_are_those_of_the_actuators(quad: Callable[..., Path])
     assert "greatest thrust" not in {doubt.what for doubt in report.doubts}
 
 
+FRICTION = (
+    '<general name="rub" joint="elbow" dyntype="dcmotor" gaintype="dcmotor" biastype="dcmotor" dynprm="0" '
+    'actearly="true" actlimited="false" input="none" gainprm="1 1" forcerange="-0.05 0.05"/>'
+)
+
+
+def test_an_actuator_without_a_control_moves_no_other_and_is_no_drive(quad: Callable[..., Path]) -> None:
+    """The engine numbers controls and actuators apart: one that only rubs has none."""
+    plain, rubbed = (
+        check_robot_file(path, mapping=path.with_name("mapping.toml")).description
+        for path in (quad(), quad(("<actuator>", f"<actuator>{FRICTION}")))
+    )
+    assert [(r.name, r.thrust_max) for r in rubbed.rotors] == [(r.name, r.thrust_max) for r in plain.rotors]
+    assert rubbed.joint("elbow").effort == 6.0
+
+
+def test_torques_of_two_drives_of_a_joint_add_up_to_the_joints_own_limit(quad: Callable[..., Path]) -> None:
+    more = '<motor joint="elbow" forcerange="-1 1"/><motor joint="shoulder" forcerange="-9 9"/></actuator>'
+    path = quad(("</actuator>", more))
+    found = check_robot_file(path, mapping=path.with_name("mapping.toml")).description
+    assert (found.joint("elbow").effort, found.joint("shoulder").effort) == (7.0, 4.0)
+
+
+def test_a_gear_that_is_no_number_is_refused_with_its_actuator(quad: Callable[..., Path]) -> None:
+    with pytest.raises(DescriptionError, match=r"gear of actuator 'motor1' of 'quad.xml' is no number"):
+        check_robot_file(quad(("0 0 1 0 0 -0.02", "0 0 1 0 0 nan")))
+
+
 def test_shapes_are_those_that_mujoco_compiles(quad: Callable[..., Path]) -> None:
     shapes = {link.name: link.collisions for link in check_robot_file(quad()).description.links}
     assert [(one.shape, one.size) for one in shapes["base"]] == [("box", (0.2, 0.16, 0.06))]

@@ -86,7 +86,7 @@ def test_any_bytes(place, content):
     ],
 )
 def test_what_a_search_of_thousands_found(place, old, new):
-    """Found by `benchmarks/spoilt_urdfs.py`: these ended in raw errors."""
+    """Found by `benchmarks/spoilt_files.py`: these ended in raw errors."""
     text = (SHIPPED / "hydrus_xi_quad" / "hydrus_xi_quad.urdf").read_text(encoding="utf-8")
     assert old in text
     loads_or_is_refused(place, text.replace(old, new).encode())

@@ -59,7 +59,7 @@ class _Written:
             self._link(k)
             if k != base:
                 self._joints(k, mimics)
-        rotors = tuple(filter(None, (self._rotor(k) for k in range(model.nu))))
+        rotors = tuple(filter(None, (self._rotor(k) for k in range(model.nactuator))))
         return ElementTree.tostring(self._robot), rotors
 
     def _base(self) -> int:
@@ -153,29 +153,38 @@ class _Written:
             self._joint(f"{child}_fixed", "fixed", at, child, xyz - R @ anchor, R)
 
     def _limit(self, j: int, limited: bool) -> Iterator[tuple[str, str]]:
-        """Travel beside the angle at which the file shows the joint, and the torque of what drives it."""
+        """Travel beside the angle at which the file shows the joint, and the torque of all that drives it.
+
+        What nobody commands is friction, no drive.
+        """
         model = self._model
         if limited:
             travel = model.jnt_range[j] - model.qpos0[model.jnt_qposadr[j]]
             yield from zip(("lower", "upper"), (repr(float(end)) for end in travel), strict=True)
         drives = (model.actuator_trntype == mujoco.mjtTrn.mjTRN_JOINT) & (model.actuator_trnid[:, 0] == j)
-        drives &= model.actuator_forcelimited.astype(bool)
-        forces = (model.actuator_forcerange[:, 1] * np.abs(model.actuator_gear[:, 0]))[drives].tolist()
+        drives &= model.actuator_ctrlnum > 0
+        ends = list[float]()
+        if drives.any() and model.actuator_forcelimited[drives].all():
+            gear = np.abs(model.actuator_gear[model.actuator_outadr, 0])
+            ends.append(float((model.actuator_forcerange[:, 1] * gear)[drives].sum()))
         if model.jnt_actfrclimited[j]:
-            forces.append(float(model.jnt_actfrcrange[j, 1]))
-        if forces:
-            yield "effort", repr(min(forces))
+            ends.append(float(model.jnt_actfrcrange[j, 1]))
+        if ends:
+            yield "effort", repr(min(ends))
 
     def _rotor(self, u: int) -> MappedRotor | None:
         """The rotor that an actuator is, with a link of its own at the actuator's site; None for others."""
         model = self._model
-        force, torque = np.split(model.actuator_gear[u], 2)
+        at_site = model.actuator_trntype[u] == mujoco.mjtTrn.mjTRN_SITE
+        if not at_site or model.actuator_ctrlnum[u] != 1 or model.actuator_outnum[u] != 1:
+            return None
+        control = int(model.actuator_ctrladr[u])
+        force, torque = np.split(model.actuator_gear[model.actuator_outadr[u]], 2)
         size = float(np.linalg.norm(force))
-        if (
-            model.actuator_trntype[u] != mujoco.mjtTrn.mjTRN_SITE
-            or size == 0.0
-            or not model.actuator_ctrllimited[u]
-        ):
+        what = f"actuator '{model.actuator(u).name}' of '{self._where}'"
+        if not np.isfinite(model.actuator_gear[model.actuator_outadr[u]]).all():
+            raise DescriptionError(f"gear of {what} is no number")
+        if size == 0.0 or not model.actuator_ctrllimited[control]:
             return None
         site = int(model.actuator_trnid[u, 0])
         name = model.site(site).name or model.actuator(u).name or f"site{site}"
@@ -186,7 +195,7 @@ class _Written:
         self._joint(f"{name}_fixed", "fixed", body, name, *place)
         drag = float(force @ torque) / size**2
         gain = size * float(model.actuator_gainprm[u, 0])
-        least, most = (gain * float(end) for end in model.actuator_ctrlrange[u])
+        least, most = (gain * float(end) for end in model.actuator_ctrlrange[control])
         said: dict[str, Any] = {
             "link": name,
             "spin": -int(np.sign(drag)) or None,
@@ -197,7 +206,7 @@ class _Written:
         }
         if int(model.actuator_dyntype[u]) in _LAGS:
             said["lag"] = float(model.actuator_dynprm[u, 0])
-        return from_mapping(MappedRotor, said, f"actuator '{model.actuator(u).name}' of '{self._where}'")
+        return from_mapping(MappedRotor, said, what)
 
     def _joint(
         self, name: str, kind: str, parent: str, child: str, xyz: np.ndarray, R: np.ndarray
