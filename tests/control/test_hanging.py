@@ -29,27 +29,36 @@ class Known:
 @pytest.mark.parametrize("arm", [[0.6, 0.0, 0.0], [0.5, 0.1, -0.1], [0.0, 0.0, 0.4]])
 def test_a_pen_ahead_of_the_body_or_above_it_is_followed_as_it_is(arm: list[float]) -> None:
     at: Any = Known(arm, 0.1)
-    followed, _, firmness = slow_arm(at, 1.0, np.zeros(3), DT)
-    np.testing.assert_array_equal(followed, at.arm)
-    assert firmness == 1.0
+    found = slow_arm(at, 1.0, np.zeros(3), DT)
+    np.testing.assert_array_equal(found.arm, at.arm)
+    np.testing.assert_array_equal(found.swings, at.arm)
+    assert found.firmness == 1.0
 
 
 def test_a_hanging_pen_is_followed_where_the_level_robot_has_it_and_slowly_where_it_is() -> None:
     at: Any = Known([0.1, 0.0, -0.5], 0.1)
-    followed, slow, firmness = slow_arm(at, 1.0, np.zeros(3), 1e-9)
+    found = slow_arm(at, 1.0, np.zeros(3), 1e-9)
     # The hanging part is upright as in a level robot; what is ahead turns with the body.
-    np.testing.assert_allclose(followed[:2], [0.1 * np.cos(0.1), 0.0], atol=2e-3)
-    assert firmness > 1.3
+    np.testing.assert_allclose(found.arm[:2], [0.1 * np.cos(0.1), 0.0], atol=2e-3)
+    assert found.firmness > 1.3
     for _ in range(int(10.0 / SLOWLY / DT)):
-        followed, slow, _ = slow_arm(at, 1.0, slow, DT)
-    np.testing.assert_allclose(followed, at.arm, atol=1e-4)
+        found = slow_arm(at, 1.0, found.slow, DT)
+    np.testing.assert_allclose(found.arm, at.arm, atol=1e-4)
+
+
+def test_the_swing_of_what_hangs_is_not_counted() -> None:
+    """Only what is ahead of the body swings; what hangs goes the wrong way first."""
+    at: Any = Known([0.1, 0.0, -0.5], 0.1)
+    ahead = at.body.R_WC @ np.array([0.1, 0.0, 0.0])
+    np.testing.assert_allclose(slow_arm(at, 1.0, np.zeros(3), DT).swings, ahead, atol=1e-12)
+    np.testing.assert_array_equal(slow_arm(at, 0.0, np.zeros(3), DT).swings, at.arm)
 
 
 def test_a_robot_that_need_not_tilt_follows_its_pen_at_once() -> None:
     at: Any = Known([0.0, 0.0, -0.5], 0.2)
-    followed, _, firmness = slow_arm(at, 0.0, np.zeros(3), DT)
-    np.testing.assert_array_equal(followed, at.arm)
-    assert firmness == 1.0
+    found = slow_arm(at, 0.0, np.zeros(3), DT)
+    np.testing.assert_array_equal(found.arm, at.arm)
+    assert found.firmness == 1.0
 
 
 @pytest.mark.parametrize(("share", "calm"), [(0.0, False), (1.0, True)])

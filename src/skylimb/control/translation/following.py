@@ -198,14 +198,14 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
     v = cross(a, u)
     damping = 2.0 * gains.damping_ratio * gains.stiffness**0.5
 
-    arm, hung, firmness = slow_arm(estimate, gains.hanging, state.hung, dt)
-    target = cog_target(gains, inputs, arm)
+    hanging = slow_arm(estimate, gains.hanging, state.hung, dt)
+    target = cog_target(gains, inputs, hanging.arm)
     expected = expected_across(contact)
     landing = 0.0 if contact.landing is None else contact.landing
     share = clip(contact.speed / gains.cancel_speed, 0.0, 1.0)
     shares = [share * gains.cancel[i] + landing * (1.0 - share) * gains.landing_cancel[i] for i in range(2)]
     rubbing, known = made_up(gains, expected, shares, state.rubbing, inputs, (u, v))
-    swing = cross(body.R_WC @ body.angular_velocity, estimate.arm)
+    swing = cross(body.R_WC @ body.angular_velocity, hanging.swings)
     swing = low_pass(state.swing, swing, 2.0 * math.pi * gains.swing_cutoff, dt)
     counted = 1.0 - clip(contact.speed / gains.swing_speed, 0.0, 1.0)
     total, proportional, derivative = m * body.model.gravity, np.zeros(3), np.zeros(3)
@@ -213,7 +213,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
         limit = _error_limit(gains, axis, i, body.model.gravity)
         error = clip(dot(axis, body.position - target), -limit, limit)
         error_rate = dot(axis, body.velocity + gains.swing[i - 1] * counted * swing - reference.tip_velocity)
-        damper, spring = firmness * damping[i] * error_rate, gains.stiffness[i] * error
+        damper, spring = hanging.firmness * damping[i] * error_rate, gains.stiffness[i] * error
         wanted = dot(axis, reference.tip_acceleration) - damper - spring
         total = total + axis * (m * wanted - known[i - 1])
         proportional, derivative = proportional - axis * spring, derivative - axis * damper
@@ -237,7 +237,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
         a * (pressing["contact_force_integral"] / m),
     )
     signals = {"cog_position_target": target, **pressing, **terms}
-    return State(integral, tank, rubbing, swing, hung), total, signals
+    return State(integral, tank, rubbing, swing, hanging.slow), total, signals
 
 
 def cog_target(gains: Any, inputs: LawInput, arm: Array) -> Array:
