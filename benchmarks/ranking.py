@@ -128,7 +128,7 @@ def flown(name: str, draws: int, out: Path, contenders: Sequence[str] = ()) -> l
     }
     folder = out / name
     outcome = run_campaign(
-        from_mapping(CampaignSpec, given, "ranking"), folder, workers=0, resume=folder.exists()
+        from_mapping(CampaignSpec, given, "ranking"), folder, resume=folder.exists()
     )
     summary, rows = outcome.summary, list[dict[str, Any]]()
     if summary is None:

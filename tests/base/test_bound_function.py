@@ -5,7 +5,7 @@ import gc
 import casadi as ca
 import numpy as np
 
-from skylimb.base.bound_function import BoundFunction
+from skylimb.base.bound_function import ArrayFunction, BoundFunction
 
 
 def test_a_bound_function_reads_and_writes_the_arrays_in_place() -> None:
@@ -23,3 +23,17 @@ def test_a_bound_function_reads_and_writes_the_arrays_in_place() -> None:
     bound.evaluate()
     assert other.tolist() == [1.0, 1.0]
     assert results[0].tolist() == [3.0, 6.0]
+
+
+def test_arrays_in_and_out_stand_as_in_the_function() -> None:
+    A, x, none = ca.SX.sym("A", 2, 3), ca.SX.sym("x", 3), ca.SX.sym("none", 0)
+    function = ArrayFunction(ca.Function("f", [A, x, none], [A @ x, 2.0 * A.T, x[0]]))
+    rng = np.random.default_rng(0)
+    given = rng.standard_normal((2, 3)), rng.standard_normal(3), np.zeros(0)
+    product, turned, first = made = function(*given)
+    np.testing.assert_allclose(product, given[0] @ given[1])
+    np.testing.assert_array_equal(turned, 2.0 * given[0].T)
+    assert first == given[1][0]
+    function(*(2.0 * part for part in given))
+    assert first == given[1][0], "results are the caller's own"
+    assert [part.shape for part in made] == [(2,), (3, 2), (1,)]

@@ -288,7 +288,8 @@ def test_it_presses_as_if_it_had_another_mass(make_inputs: Make, ratio: float) -
     """Put f into m x'' = f + f_hat: what is left moves ratio times the mass."""
     gains = following.Gains(GAINS.stiffness, GAINS.damping_ratio, press_mass_ratio=ratio, force=1.5)
     view = ENGAGED._replace(normal_force=1.2, ease=0.8)  # as hard as wanted, so that nothing integrates
-    _, force, _ = step(make_inputs(contact=view, **{**CALM, "force": -0.7 * X}), gains)
+    asked = make_inputs(contact=view, wanted=1.5, **{**CALM, "force": -0.7 * X})
+    _, force, _ = step(asked, gains)
     assert ratio * (force[0] - 0.7) == pytest.approx(1.2 - 0.7)
 
 

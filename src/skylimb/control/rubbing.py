@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from typing import Annotated, Any
 
 from skylimb.base.keys import Key
-from skylimb.control.press import wanted_force
 from skylimb.control.records import NOTHING, ContactView, LawInput
 from skylimb.symbolic import Array, clip, dot, low_pass, vector
 
@@ -53,7 +52,7 @@ def made_up(
     """The low-passed force along the sliding axes, N, (2,), and what of force along each is made up for, N.
 
     Args:
-        gains: of a law, with `force` and all that is named here.
+        gains: of a law, with all that is named here.
         expected: of `expected_across`.
         shares: of that low-passed force that are cancelled now, along u and v.
         before: the low-passed force of the last tick, N, (2,).
@@ -61,7 +60,7 @@ def made_up(
         axes: u and v.
     """
     engaged, gravity = inputs.contact.engaged, inputs.estimate.body.model.gravity
-    most = gains.cancel_limit * clip(wanted_force(inputs.reference.force, gains.force), 1.0, 100.0)
+    most = gains.cancel_limit * clip(inputs.force, 1.0, 100.0)
     slow, known = [], []
     for i, axis in enumerate(axes):
         unexpected = dot(axis, inputs.estimate.wrench.force - gains.feed * expected)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from skylimb.control.estimation.records import Signals
-from skylimb.control.press import PLAIN, SATURATED, WAITING, wanted_force
+from skylimb.control.press import PLAIN, SATURATED, WAITING
 from skylimb.control.records import NOTHING, LawInput
 from skylimb.control.windup import unless_short
 from skylimb.symbolic import clip, dot, where
@@ -32,7 +32,7 @@ def regulated(
     """
     contact, dt = inputs.contact, inputs.dt
     engaged, away = contact.engaged, gone(inputs)
-    commanded = wanted_force(inputs.reference.force, gains.force)
+    commanded = inputs.force
     wanted = commanded * contact.ease * (1.0 - away)
     missing = wanted - contact.normal_force
     alive = clip(4.0 * state.tank / gains.tank, 0.0, 1.0)

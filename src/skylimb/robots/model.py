@@ -204,14 +204,15 @@ class Robot:
             vectoring_angles: (nv,) psi in rad.
             rates: of both, rad/s.
         """
-        found = self._imu.call([joint_angles, vectoring_angles, rates])
+        found = self.imu_function.call([joint_angles, vectoring_angles, rates])
         if is_symbolic(joint_angles, vectoring_angles, rates):
             return ImuPlace(*found)
         xyz, R, velocity, turning = (part.full() for part in found)
         return ImuPlace(xyz[:, 0], R, velocity[:, 0], turning[:, 0])
 
     @functools.cached_property
-    def _imu(self) -> ca.Function:
+    def imu_function(self) -> ca.Function:
+        """(q, psi, their rates) -> the entries of `ImuPlace`."""
         q, psi = ca.SX.sym("q", self.n_joints), ca.SX.sym("psi", self.n_vectoring)
         angles, mount = ca.vertcat(q, psi), self.description.imu
         rates = ca.SX.sym("rates", angles.numel())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from typing import Any
 
 import numpy as np
@@ -47,20 +46,12 @@ LASTING: dict[str, tuple[dict[str, Any], int, float]] = {
 }
 
 
-@functools.cache
-def made() -> tuple[Halves, np.ndarray]:
-    """Both halves, and their memory before the first tick."""
-    halves = Halves(ROBOT, LIMITS, 0, DT, imu=True)
-    return halves, halves._state.copy()
-
-
 class Flight(RuleBasedStateMachine):
     """Whatever comes, for some ticks at a time."""
 
     def __init__(self) -> None:
         super().__init__()
-        self.halves, first = made()
-        self.halves._state[:] = first
+        self.halves = Halves(ROBOT, LIMITS, 0, DT, imu=True)
         self.rng = np.random.default_rng(0)
         self.fault = ""
         self.mode, self.command = 0.0, initial_watch(ROBOT, True).command

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
+from skylimb.base.bound_function import ArrayFunction
 from skylimb.base.errors import unknown_name
 from skylimb.base.rotations import rpy_from_rotation
 from skylimb.robots.model import Robot
@@ -71,7 +72,13 @@ def frames_function(robot: Robot, link: str) -> ca.Function:
     return ca.Function("link_frames", [q, psi], outputs, {"cse": True})
 
 
-def frames_at(function: ca.Function, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> LinkFrames:
-    """The frames of a posture, of a `frames_function`."""
-    cog, R_root_C, heading, link, R = [part.full() for part in function(joint_angles, vectoring_angles)]
-    return LinkFrames(cog[:, 0], R_root_C, float(heading[0, 0]), link[:, 0], R)
+class Frames:
+    """The frames of any posture, in numbers; arguments are those of `frames_function`."""
+
+    def __init__(self, robot: Robot, link: str) -> None:
+        self._function = ArrayFunction(frames_function(robot, link))
+
+    def at(self, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> LinkFrames:
+        """Those of joint and vectoring angles, rad."""
+        cog, R_root_C, heading, link, R = self._function(joint_angles, vectoring_angles)
+        return LinkFrames(cog, R_root_C, float(heading[0]), link, R)

@@ -115,7 +115,7 @@ def transforms(tick: TickView, body: Body) -> Fields:
     moving, known = list[Frame](), set[str]()
     if tick.angles is not None:
         _, place, R = names.root(tick.angles, (place, R))
-        moving, known = [*names.links(tick.angles, moving=True)], {one[1] for one in names.links(tick.angles)}
+        moving, known = [*names.links(tick.angles, moving=True)], names.children
     R_cog = R.T @ body.R_WC @ np.asarray(rot_z(body.yaw_in_C))
     frames = [(WORLD, root, place, R), (root, names.frame("cog"), R.T @ (body.cog - place), R_cog)]
     if names.frame("fc") not in known:  # a frame has one parent

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skylimb.analysis.exchange.codec import plain_of
-from skylimb.analysis.exchange.frames import LinkFrames, frames_at, frames_function
+from skylimb.analysis.exchange.frames import Frames, LinkFrames
 from skylimb.analysis.exchange.lab_topics import IN_LOGS, RECORD, ROW, SOURCE
 from skylimb.analysis.exchange.messages import Joints
 from skylimb.analysis.exchange.run_topics import content_of, run_of
@@ -195,11 +195,11 @@ def _link_frames(found: dict[str, np.ndarray], robot: Robot, link: str) -> list[
         return None
     none = np.zeros((len(q), robot.n_vectoring))
     psi = found.get("vectoring_angles_measured", found.get("vectoring_angles_command", none))
-    function = frames_function(robot, link)
+    frames = Frames(robot, link)
 
     @functools.cache
     def at(angles: bytes) -> LinkFrames:
-        return frames_at(function, *np.split(np.frombuffer(angles), [robot.n_joints]))
+        return frames.at(*np.split(np.frombuffer(angles), [robot.n_joints]))
 
     return [at(row.tobytes()) for row in np.concatenate([q, psi], axis=1)]
 

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from skylimb.analysis.exchange.frames import LinkFrames, frames_at, frames_function
+from skylimb.analysis.exchange.frames import Frames, LinkFrames
 from skylimb.apps.ros.bending import KEPT, Bending, shortfall
 from skylimb.apps.ros.limits import FlightLimits
 from skylimb.apps.ros.targets import Form, Place, RefusedError, Shape, Target
@@ -32,7 +32,7 @@ class References:
     def __init__(self, robot: Robot, link: str, template: Reference, purpose: str) -> None:
         self.robot = standing(robot, purpose)
         self._family, self._table = posture_family(self.robot), vectoring_table(robot, purpose)
-        self._frames = frames_function(robot, link)
+        self._frames = Frames(robot, link)
         self._template = template._replace(
             tare=0.0, align=0.0, adapt=0.0, touch=0.0, wait=0.0, tip_acceleration=np.zeros(3), ahead=()
         )
@@ -106,7 +106,7 @@ class References:
     def _made(self, form: Form) -> tuple[np.ndarray, np.ndarray, LinkFrames, np.ndarray]:
         q, psi = self.shape(form)
         state = self.robot.at(q, psi)
-        return q, psi, frames_at(self._frames, q, psi), rot_z(-state.tip_heading) @ state.tip_C
+        return q, psi, self._frames.at(q, psi), rot_z(-state.tip_heading) @ state.tip_C
 
     def at(self, target: Target) -> Reference:
         """The reference of a target."""
@@ -128,7 +128,7 @@ class References:
     def place_of(self, reference: Reference) -> Place:
         """The place of a mission's row."""
         q = np.asarray(reference.joint_angles, dtype=float)
-        frames = frames_at(self._frames, q, np.asarray(reference.vectoring_angles, dtype=float))
+        frames = self._frames.at(q, np.asarray(reference.vectoring_angles, dtype=float))
         yaw = float(reference.heading) - frames.tip_heading + frames.yaw_in_C
         return Place(np.array(reference.position, dtype=float), yaw, theta_of(self.robot, q))
 

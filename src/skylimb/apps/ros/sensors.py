@@ -8,18 +8,19 @@ from typing import Any
 
 import numpy as np
 
-from skylimb.analysis.exchange.frames import frames_at, frames_function
+from skylimb.analysis.exchange.frames import Frames
 from skylimb.analysis.exchange.lab_ticks import Names
 from skylimb.analysis.exchange.messages import Imu, Joints, Pose, ServoStates
 from skylimb.apps.ros.messages import Arrived
 from skylimb.apps.ros.servos import Servos
+from skylimb.base.bound_function import ArrayFunction
 from skylimb.base.rotations import quaternion_from_rotation, rotation_from_quaternion
 from skylimb.control.estimation.gates import BEYOND
 from skylimb.control.estimation.records import ABSENT, Measurement
 from skylimb.control.estimation.records import Imu as Felt
 from skylimb.control.estimation.stamps import Stamps, believed, judged
 from skylimb.control.loop.vehicle import nothing_measured
-from skylimb.robots.model import Robot
+from skylimb.robots.model import ImuPlace, Robot
 from skylimb.symbolic import cross
 
 JOINT_LOW_PASS = 2.0
@@ -57,7 +58,8 @@ class Sensors:
         self, robot: Robot, link: str, servos: Servos | None = None, names: Names | None = None
     ) -> None:
         self._robot, self._servos = robot, servos
-        self._names, self._frames = names or Names(robot), frames_function(robot, link)
+        self._names, self._frames = names or Names(robot), Frames(robot, link)
+        self._imu_place = ArrayFunction(robot.imu_function)
         self._stamps = {Pose: Stamps(), Imu: Stamps(), Joints: Stamps()}
         self._pose: tuple[float, Pose] | None = None
         self._imu: tuple[float, Imu] | None = None
@@ -147,12 +149,12 @@ class Sensors:
         if not (sane and abs(size - 1.0) < 0.1):
             nothing = nothing_measured(self._robot, self.has_imu)
             return nothing._replace(joint_angles=joints, vectoring_angles=vectoring)
-        frames = frames_at(self._frames, joints, vectoring)
+        frames = self._frames.at(joints, vectoring)
         R = rotation_from_quaternion(turn / size) @ frames.R_root_link.T
         rates, moving, imu = frames.R_root_link @ gyro, np.zeros(3), ABSENT
         mount = self._robot.description.imu
         if self.has_imu:
-            place = self._robot.imu_at(joints, vectoring, self._bending)
+            place = ImuPlace(*self._imu_place(joints, vectoring, self._bending))
             rates, moving = rates - place.rates, place.velocity
             imu = Felt(mount.R.T @ gyro, mount.R.T @ force)
         velocity = self._velocity - R @ (cross(rates, frames.link) + moving)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -13,11 +14,63 @@ from skylimb.base.packing import Layout
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.missions.reference import Reference, zero_reference
 from skylimb.control.records import Command
-from skylimb.control.supervisor.descents import NO_DESCENTS, Descents
+from skylimb.control.supervisor.descents import NO_DESCENTS, descents_of
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Told, initial_watch
 from skylimb.control.supervisor.supervisor import after, before
 from skylimb.robots.model import Robot
+
+
+class Compiled(NamedTuple):
+    """Both halves as functions of flat vectors; they remember nothing, and flights share them.
+
+    Attributes:
+        look: of watch, measurement and reference: watch and sight.
+        act: of watch, sight, command and whether that is sound: watch, command and whether it is
+            the controller's.
+        watch: what is remembered.
+        measurement: what is measured.
+        reference: with those ahead of it.
+        sight: what the controller is given.
+        command: of the vehicle.
+        first: watch before the first tick.
+    """
+
+    look: ca.Function
+    act: ca.Function
+    watch: Layout[Any]
+    measurement: Layout[Any]
+    reference: Layout[Any]
+    sight: Layout[Any]
+    command: Layout[Any]
+    first: np.ndarray
+
+
+@functools.lru_cache(maxsize=8)
+def compiled(robot: Robot, limits: Limits, ahead: int, dt: float, imu: bool, purpose: str | None) -> Compiled:
+    """Both halves; see `Halves`."""
+    zero, first = zero_reference(robot.n_joints, robot.n_vectoring), initial_watch(robot, imu)
+    descents = NO_DESCENTS if purpose is None else descents_of(robot, purpose, limits)
+    watch, command, measurement = Layout(first), Layout(first.command), Layout(first.before)
+    reference = Layout(zero._replace(ahead=(zero,) * ahead))
+    sight: Layout[Any] = Layout(())
+
+    def looked(was: Any, measured: Any, wanted: Any) -> tuple[Any, ...]:
+        nonlocal sight
+        given = watch.unpack(was), measurement.unpack(measured), reference.unpack(wanted)
+        new, seen = before(robot, limits, descents, *given, dt)
+        sight = Layout(seen)
+        return watch.pack(new), sight.pack(seen)
+
+    def acted(was: Any, seen: Any, wanted: Any, sound: Any) -> tuple[Any, ...]:
+        given = watch.unpack(was), sight.unpack(seen), command.unpack(wanted), sound
+        new, made, own = after(robot, limits, descents, *given, dt)
+        return watch.pack(new), command.pack(made), own
+
+    look = _function(looked, (watch.size, measurement.size, reference.size))
+    act = _function(acted, (watch.size, sight.size, command.size, 1))
+    layouts = watch, measurement, reference, sight, command
+    return Compiled(look, act, *layouts, np.asarray(watch.pack(first), dtype=float))
 
 
 class Halves:
@@ -29,7 +82,7 @@ class Halves:
         ahead: how many references ahead of its own a reference holds.
         dt: control period, s.
         imu: whether the controller works on an IMU.
-        descents: for the loss of each rotor.
+        purpose: of the vectoring angles: with it the loss of a rotor is answered where it can be.
 
     Attributes:
         sight: what the last look came to.
@@ -45,67 +98,46 @@ class Halves:
         ahead: int,
         dt: float,
         imu: bool,
-        descents: Descents = NO_DESCENTS,
+        purpose: str | None = None,
     ) -> None:
-        zero, first = zero_reference(robot.n_joints, robot.n_vectoring), initial_watch(robot, imu)
-        self._watch, self._commands = Layout(first), Layout(first.command)
-        self._measurement = Layout(first.before)
-        self._reference = Layout(zero._replace(ahead=(zero,) * ahead))
-
-        self._sight: Layout[Any] = Layout(())
-
-        def look(watch: Any, measured: Any, reference: Any) -> tuple[Any, ...]:
-            given = self._measurement.unpack(measured), self._reference.unpack(reference)
-            looked, sight = before(robot, limits, descents, self._watch.unpack(watch), *given, dt)
-            self._sight = Layout(sight)
-            return self._watch.pack(looked), self._sight.pack(sight)
-
-        def act(watch: Any, sight: Any, wanted: Any, sound: Any) -> tuple[Any, ...]:
-            given = self._watch.unpack(watch), self._sight.unpack(sight), self._commands.unpack(wanted), sound
-            acted, command, made = after(robot, limits, descents, *given, dt)
-            return self._watch.pack(acted), self._commands.pack(command), made
-
-        sizes = self._watch.size, self._measurement.size, self._reference.size
-        self._look, (self._state, *self._given), (self._looked, self._seen) = _bound(look, sizes)
-        sizes = self._watch.size, self._sight.size, self._commands.size, 1
-        self._act, handed, (_, self._command, self._made) = _bound(act, sizes)
-        _, _, self._wanted, self._sound = handed
-        self._act.bind([self._looked, self._seen, *handed[2:]], [self._state, self._command, self._made])
-        self._state[:] = self._watch.pack(first)
+        self._made = made = compiled(robot, limits, ahead, dt, imu, purpose)
+        self._state = made.first.copy()
+        self._measured, self._wanted = np.zeros(made.measurement.size), np.zeros(made.reference.size)
+        self._looked, self._seen = np.zeros(made.watch.size), np.zeros(made.sight.size)
+        self._asked, self._sound = np.zeros(made.command.size), np.zeros(1)
+        self._command, self._own = np.zeros(made.command.size), np.zeros(1)
+        given = [self._state, self._measured, self._wanted]
+        self._look = BoundFunction(made.look, given, [self._looked, self._seen])
+        given = [self._looked, self._seen, self._asked, self._sound]
+        self._act = BoundFunction(made.act, given, [self._state, self._command, self._own])
         self.sight: Any = None
         self.mode, self.started, self.late = 0.0, False, 0.0
 
     def look(self, told: Told, measurement: Measurement | None, reference: Reference) -> Any:
         """What the controller is given; see `before`."""
         for name, value in zip(Told._fields, told, strict=True):
-            self._state[self._watch.slices[f"told.{name}"]] = value
+            self._state[self._made.watch.slices[f"told.{name}"]] = value
         if measurement is not None:
-            self._given[0][:] = self._measurement.pack(measurement)
-        self._given[1][:] = self._reference.pack(reference)
+            self._measured[:] = self._made.measurement.pack(measurement)
+        self._wanted[:] = self._made.reference.pack(reference)
         self._look.evaluate()
-        self.sight = self._sight.unpack(self._seen.copy())
-        self.mode = self._looked[self._watch.slices["mode"]][0]
-        self.started = self._looked[self._watch.slices["started"]][0] > 0.5
-        self.late = float(self._looked[self._watch.slices["late.late"]][0])
+        self.sight = self._made.sight.unpack(self._seen.copy())
+        self.mode = self._looked[self._made.watch.slices["mode"]][0]
+        self.started = self._looked[self._made.watch.slices["started"]][0] > 0.5
+        self.late = float(self._looked[self._made.watch.slices["late.late"]][0])
         return self.sight
 
     def act(self, wanted: Command | None) -> tuple[Command, bool]:
         """The command, and whether it is the controller's; see `after`."""
         self._sound[:] = float(wanted is not None)
         if wanted is not None:
-            self._wanted[:] = self._commands.pack(wanted)
+            self._asked[:] = self._made.command.pack(wanted)
         self._act.evaluate()
-        return self._commands.unpack(self._command.copy()), bool(self._made[0] > 0.5)
+        return self._made.command.unpack(self._command.copy()), bool(self._own[0] > 0.5)
 
 
-def _bound(
-    made: Callable[..., tuple[Any, ...]], sizes: Sequence[int]
-) -> tuple[BoundFunction, list[np.ndarray], list[np.ndarray]]:
-    """A function of flat vectors on arrays, and its arguments and results."""
+def _function(made: Callable[..., tuple[Any, ...]], sizes: Sequence[int]) -> ca.Function:
+    """A function of flat vectors."""
     symbols = [ca.SX.sym(f"given_{index}", size) for index, size in enumerate(sizes)]
-    function = ca.Function(
-        made.__name__, symbols, [ca.densify(part) for part in made(*symbols)], {"cse": True}
-    )
-    given = [np.zeros(size) for size in sizes]
-    results = [np.zeros(function.numel_out(index)) for index in range(function.n_out())]
-    return BoundFunction(function, given, results), given, results
+    results = [ca.densify(part) for part in made(*symbols)]
+    return ca.Function(made.__name__, symbols, results, {"cse": True})

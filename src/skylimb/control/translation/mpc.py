@@ -188,7 +188,7 @@ def step(prepared: Any, state: State, inputs: LawInput) -> tuple[State, Array, S
     here = contact.axis_position - dot(a, body.position + arm)
     led = stack(here, *(here + contact.axis_velocity * t for t in TIMES))
     leads = _planned(plans[0], vector(0.0, speed, made[0]), led, contact.axis_velocity, boxes[0])
-    commanded = wanted_force(reference.force, gains.force)
+    commanded = inputs.force
     share = contact.ease * (1.0 - (0.0 if contact.gone is None else contact.gone))
     relative = speed - (contact.surface_velocity - inputs.arm.rate)
     felt = vector(contact.normal_force / m, relative, made[0])
@@ -259,7 +259,7 @@ def _ahead(gains: Any, inputs: LawInput) -> tuple[list[Array], list[Any]]:
     They are those at which the path really goes on: a mission that waits shows where it would go. Where
     nobody shows what lies ahead, as in exported C, it goes on as it goes now.
     """
-    reference, now = inputs.reference, wanted_force(inputs.reference.force, gains.force)
+    reference, now = inputs.reference, inputs.force
     if not reference.ahead:
         return [reference.tip_velocity * t for t in TIMES], [now] * STAGES
     ways = [later.tip_position - reference.tip_position for later in reference.ahead]

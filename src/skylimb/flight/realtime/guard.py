@@ -15,7 +15,6 @@ from skylimb.control.late_gains import late_gains
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import needs_of
 from skylimb.control.records import Command
-from skylimb.control.supervisor.descents import descents_of
 from skylimb.control.supervisor.halves import Halves
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Told
@@ -136,10 +135,9 @@ class GuardedController:
         return new, command, {**self._own, **self._signals(flew)}
 
     def _made(self, ahead: int, dt: float) -> Halves:
-        """Both halves of the supervisor, compiled once."""
+        """Both halves of the supervisor."""
         robot, limits, needs = self._robot, self._limits, self.needs
-        descents = descents_of(robot, needs.vectoring, limits)
-        self._halves = self._halves or Halves(robot, limits, ahead, dt, needs.imu, descents)
+        self._halves = self._halves or Halves(robot, limits, ahead, dt, needs.imu, needs.vectoring)
         return self._halves
 
     def _signals(self, flew: bool) -> dict[str, float]:
