@@ -127,9 +127,7 @@ def flown(name: str, draws: int, out: Path, contenders: Sequence[str] = ()) -> l
         "vary": dict(place.vary),
     }
     folder = out / name
-    outcome = run_campaign(
-        from_mapping(CampaignSpec, given, "ranking"), folder, resume=folder.exists()
-    )
+    outcome = run_campaign(from_mapping(CampaignSpec, given, "ranking"), folder, resume=folder.exists())
     summary, rows = outcome.summary, list[dict[str, Any]]()
     if summary is None:
         raise SystemExit("stopped; what was flown is kept")
