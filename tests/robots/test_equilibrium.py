@@ -1,6 +1,5 @@
 """What can be held, against linear programmes (HiGHS), Pinocchio's torques and searches by hand."""
 
-import itertools
 import math
 from importlib import import_module
 from pathlib import Path
@@ -8,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.optimize import linprog
 
 from made_robots import chain, multirotor
+from push_programmes import best_over_leans, lean_of, limits, push_at
 from skylimb.base.rotations import rot_x, rot_y, rot_z
 from skylimb.control.planning.posture import posture_family
 from skylimb.control.planning.vectoring import vectoring_table
@@ -22,7 +21,7 @@ from skylimb.robots.model import Robot
 # Pinocchio fills its module at run time, where a type checker cannot look.
 pin: Any = import_module("pinocchio")
 
-X, UP = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
+X = np.array([1.0, 0.0, 0.0])
 RIGID = Within(TILT, servo=1e6, stiff=True)
 NAMES = [name for name in list_robots() if name != "hydrus_xi_quad_mast"]
 
@@ -33,54 +32,6 @@ def posture(robot: Robot) -> tuple[np.ndarray, np.ndarray]:
         return robot.nominal_posture(), robot.description.vectoring_start
     theta = posture_family(robot).theta_nominal
     return posture_family(robot).joint_angles(theta), vectoring_table(robot, "torque").angles(theta)
-
-
-def limits(robot: Robot) -> np.ndarray:
-    return np.array([[rotor.thrust_min, rotor.thrust_max] for rotor in robot.description.rotors])
-
-
-def push_at(robot: Robot, q: np.ndarray, psi: np.ndarray, along: np.ndarray, lean: np.ndarray) -> float:
-    """The greatest push with a lean given, joints and vectoring angles as they are; -1 without any rest.
-
-    A millionth of the weight may be left over: at a corner of the limits only one lean is exact.
-    """
-    state, matrix = robot.at(q, psi), robot.wrench_function(q, psi).full()
-    back = (rot_y(lean[1]) @ rot_x(lean[0])).T
-    p, lever = back @ rot_z(state.tip_heading) @ along, state.tip_root - state.cog_root
-    over = 1e-6 * robot.weight
-    found = linprog(
-        np.concatenate([np.zeros(robot.n_rotors), [-1.0], np.zeros(6)]),
-        A_eq=np.column_stack([matrix, -np.concatenate([p, np.cross(lever, p)]), np.eye(6)]),
-        b_eq=np.concatenate([back @ (robot.weight * UP), np.zeros(3)]),
-        bounds=[*limits(robot), (0.0, None), *[(-over, over)] * 6],
-    )
-    return float(found.x[robot.n_rotors]) if found.status == 0 else -1.0
-
-
-def best_over_leans(
-    robot: Robot, q: np.ndarray, psi: np.ndarray, along: np.ndarray, near: np.ndarray
-) -> float:
-    """The best of linear programmes over a grid of leans, ever finer about the best; from `near` on."""
-    best, at = push_at(robot, q, psi, along, near), near
-    for reach in (0.35, 0.1, 0.02, 4e-3):
-        around = at
-        for lean in itertools.product(np.linspace(-reach, reach, 7), repeat=2):
-            tried = around + lean
-            if np.prod(np.cos(tried)) >= np.cos(TILT):
-                push = push_at(robot, q, psi, along, tried)
-                best, at = (push, tried) if push > best else (best, at)
-    return best
-
-
-def lean_of(robot: Robot, found: Held, q: np.ndarray, psi: np.ndarray) -> np.ndarray:
-    """Roll and pitch of a rest, from where its thrusts point."""
-    state = robot.at(q, psi)
-    force = robot.wrench_function(q, psi).full()[:3] @ found.thrusts
-    # R_y(pitch) R_x(roll) force = m g z + p, whose y part is that of the roll alone.
-    wanted = robot.weight * UP + rot_z(state.tip_heading) @ found.push
-    roll = math.acos(wanted[1] / math.hypot(*force[1:])) - math.atan2(force[2], force[1])
-    rolled = rot_x(roll) @ force
-    return np.array([roll, math.atan2(wanted[0], wanted[2]) - math.atan2(rolled[0], rolled[2])])
 
 
 def directions(count: int, seed: int) -> np.ndarray:

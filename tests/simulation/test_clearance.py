@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 import skylimb
+from armed_robots import multirotor_with_arm
+from skylimb.apps.robot_import.writing import import_robot
 from skylimb.flight.takeoff import take_off
 from skylimb.robots.extent import parts_of
 from skylimb.simulation import clearance
@@ -69,6 +71,68 @@ def test_discs_are_as_far_from_a_board_as_the_engine_says(experiment, monkeypatc
         # The rim has 24 points: a disc of 0.13 m that leans is seen to 1.2 mm.
         assert found.distance == pytest.approx(engine_distance(plant, qpos), abs=1.2e-3)
         assert found.distance >= engine_distance(plant, qpos) - 1e-6
+
+
+KINDS = {"box": mujoco.mjtGeom.mjGEOM_BOX, "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER}
+ARM = "elbow_link", "tool0"
+"""Links that are the tool or carry it to the tip."""
+
+
+def engine_distance_of_bodies(robot, wall, qpos, joint_angles):
+    """Of the nearest drawn shape but the tool from a wall (place and normal), all shapes in one body."""
+    spec = mujoco.MjSpec()
+    spec.worldbody.add_geom(
+        name="wall", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[1, 1, 1], pos=wall[0], zaxis=wall[1]
+    )
+    body = spec.worldbody.add_body(pos=qpos[:3], quat=qpos[3:7])
+    poses, count = robot.link_poses(joint_angles, np.zeros(0)), 0
+    for link in robot.description.links:
+        for shape in () if link.name in ARM else link.visuals:
+            place, R = poses[link.name]
+            quat = np.zeros(4)
+            mujoco.mju_mat2Quat(quat, np.ascontiguousarray(R @ shape.R).ravel())
+            half = 0.5 * np.array(shape.size)
+            size = half if shape.shape == "box" else [shape.size[0], half[1], 0.0]
+            body.add_geom(
+                name=f"shape{count}", type=KINDS[shape.shape], size=size, pos=place + R @ shape.xyz, quat=quat
+            )
+            count += 1
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    plane = model.geom("wall").id
+    return min(
+        mujoco.mj_geomDistance(model, data, model.geom(f"shape{k}").id, plane, 10.0, None)
+        for k in range(count)
+    )
+
+
+def test_bodies_and_discs_of_an_imported_robot_are_as_far_as_the_engine_says(tmp_path, fresh_parts):
+    """Boxes of hull and arm, propellers as they are drawn, before a wall that leans."""
+    path = multirotor_with_arm(tmp_path / "made.urdf")
+    (tmp_path / "mapping.toml").write_text(
+        "posture = { offset = [0.3, -0.6], slope = [0.5, -1.0], theta_min = -0.3, theta_max = 0.3, "
+        "theta_nominal = 0.0 }"
+    )
+    import_robot(path, tmp_path / "robot", mapping=tmp_path / "mapping.toml")
+    robot = {"robot": str(tmp_path / "robot")}
+    plant = take_off("board_tilted_hexarotor", ("pid",), set=robot)[0].plant
+    board = mujoco.MjData(plant.model)
+    mujoco.mj_kinematics(plant.model, board)
+    wall = board.geom("surface").xpos, board.geom("surface").xmat.reshape(3, 3)[:, 2]
+    rng = np.random.default_rng(4)
+    for _ in range(20):
+        qpos = board.qpos.copy()
+        qpos[:3] = rng.uniform([-0.5, -0.5, 0.9], [0.4, 0.5, 1.5])
+        quaternion = rng.normal(size=4)
+        qpos[3:7] = quaternion / np.linalg.norm(quaternion)
+        q = rng.uniform(-1.5, 1.5, 2)
+        qpos[list(plant.joint_qpos)] = q
+        found = least_clearance(plant, qpos[None], np.zeros(1), plant.surface)
+        # Rims have 24 points; the drawn propeller of 10 mm reaches 5 mm beyond its disc.
+        exact = engine_distance_of_bodies(plant.robot, wall, qpos, q)
+        assert found.distance == pytest.approx(exact, abs=1.2e-3)
+        assert found.distance >= exact - 1e-6
 
 
 def test_a_flight_whose_disc_goes_through_the_surface_says_so():
