@@ -8,7 +8,7 @@ the MJCFs are scenes of all robots that ship, and of one with an arm, as the eng
 is a quadrotor with a motor plugin. A mutation cuts the file off, puts something odd in the place of a number
 or a name, or takes out, doubles or swaps a tag; one to three a file. Files are
 checked, and their report is written, in processes of their own, so that a crash of the engine is seen as
-one, and a file that takes a minute as well. What is slow, raises anything but a skylimb error, says more
+one, and a file that takes a minute of processor time as well. What is slow, raises anything but a skylimb error, says more
 than a line or leaves a file is listed, and the exit code is 1. `--first` leaves the files before it out, so
 that ten thousand can be checked in parts; `--keep FOLDER` keeps what is at fault.
 """
@@ -41,7 +41,7 @@ from skylimb.simulation.scene import scene_spec
 from skylimb.simulation.surfaces import Board
 
 SLOWEST, STUCK = 10.0, 60
-"""What a file may take, s of processor time; what ends its process, s."""
+"""What a file may take, and what ends its process, s of processor time."""
 WORKERS, TOGETHER = 2, 200
 ODD = ("nan", "inf", "-1", "0", "1e300", "-1e-300", "", "x", "1 2", "\N{DEGREE SIGN}", "0x10", "9" * 400)
 VALUE = re.compile(r'(?<=")[^"<>]*(?=")|(?<=>)[^<>\n]+(?=<)')
@@ -107,7 +107,7 @@ def spoilt(text: str, rng: np.random.Generator) -> str:
 
 def outcome(kind: str, content: str) -> tuple[str, float]:
     """What checking a file comes to, in a word or two, and how long it takes, s of processor time."""
-    signal.alarm(STUCK)
+    signal.setitimer(signal.ITIMER_PROF, STUCK)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"spoilt.{ENDINGS[kind]}"
         path.write_text(content, encoding="utf-8")
@@ -123,7 +123,7 @@ def outcome(kind: str, content: str) -> tuple[str, float]:
         spent = time.process_time() - begin
         if [file.name for file in Path(folder).iterdir()] != [path.name]:
             said = "FAULT: it wrote something"
-    signal.alarm(0)
+    signal.setitimer(signal.ITIMER_PROF, 0.0)
     return (said if said.startswith("FAULT") or spent < SLOWEST else f"FAULT: slow, {spent:.1f} s"), spent
 
 

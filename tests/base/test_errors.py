@@ -2,7 +2,7 @@
 
 import pytest
 
-from skylimb.base.errors import unknown_name
+from skylimb.base.errors import nearest, unknown_name
 
 
 def test_all_names_are_listed_up_to_two_dozen() -> None:
@@ -23,3 +23,8 @@ def test_a_long_name_is_cut(letters: int, shown: str) -> None:
 
 def test_a_name_is_shown_in_one_line() -> None:
     assert str(unknown_name("thing", "a\n\udcff", ["y"])) == r"unknown thing 'a\n\udcff' (known: y)"
+
+
+def test_what_was_given_is_no_guess_of_what_was_meant() -> None:
+    assert nearest("robots/mine", ["robots/mine", "robots/mind"]) == "robots/mind"
+    assert nearest("robots/mine", ["robots/mine"]) is None

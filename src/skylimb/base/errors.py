@@ -112,7 +112,8 @@ def extra_module(name: str) -> Any:
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
     """The known name most like `name`, or None when none is near."""
-    found = difflib.get_close_matches(name, list(known), n=1, cutoff=0.5)
+    others = [other for other in known if other != name]
+    found = difflib.get_close_matches(name, others, n=1, cutoff=0.5)
     return found[0] if found else None
 
 

@@ -100,6 +100,22 @@ def test_a_shape_that_is_none_is_named_with_its_link(tmp_path: Path, kind: str) 
         check_robot_file(tmp_path / "quad.urdf")
 
 
+def test_a_root_called_world_is_the_engines_and_no_link(tmp_path: Path) -> None:
+    """Simulators hang a robot into a link of that name; the engine has its own."""
+    text = gazebo_quad().replace(
+        '<link name="base">', '<link name="world"/><link name="odom"/><link name="base">'
+    )
+    for name, parent, child in (("hung", "world", "odom"), ("held", "odom", "base")):
+        fixed = f'<joint name="{name}" type="fixed"><parent link="{parent}"/><child link="{child}"/></joint>'
+        text = text.replace("</robot>", fixed + "</robot>")
+    (tmp_path / "quad.urdf").write_text(text)
+    report = check_robot_file(tmp_path / "quad.urdf")
+    assert report.can_hover, report.reasons
+    assert report.description.root == "base"
+    assert "world" not in {link.name for link in report.description.links}
+    assert report.mass == pytest.approx(report.mass_in, abs=1e-12)
+
+
 def test_joints_that_slide_or_mimic_are_held_and_said(tmp_path: Path) -> None:
     slide = MOVING.format(
         name="slide", kind="prismatic", parent="main", child="rail", xyz="0 0 0.1", axis="0 0 1",

@@ -137,17 +137,22 @@ def new_robot(
 
     said, drawn = "", False
     answers = {"mass": mass, "arm": arm, "tip": tip, "spin": spin, "thrust": thrust}
-    for report, text in interview(file, answers, ask, packages, _arguments(args)):
-        said = text
-        if not drawn:
-            with new_file(picture) as path:
-                draw_robot(report, path)
-            print(f"What is recognised is drawn in {picture}. Enter takes the proposal in brackets.")
-            drawn = True
-    with tempfile.TemporaryDirectory() as folder:
-        mapping = Path(folder) / "mapping.toml"
-        mapping.write_text(said, encoding="utf-8")
-        report = skylimb.import_robot(file, out, packages, mapping, args=_arguments(args))
+    try:
+        for report, text in interview(file, answers, ask, packages, _arguments(args)):
+            said = text
+            if not drawn:
+                with new_file(picture) as path:
+                    draw_robot(report, path)
+                print(f"What is recognised is drawn in {picture}. Enter takes the proposal in brackets.")
+                drawn = True
+        with tempfile.TemporaryDirectory() as folder:
+            mapping = Path(folder) / "mapping.toml"
+            mapping.write_text(said, encoding="utf-8")
+            report = skylimb.import_robot(file, out, packages, mapping, args=_arguments(args))
+    except BaseException:  # Ctrl-C as well
+        if drawn:  # it would be in the way of the next try
+            picture.unlink(missing_ok=True)
+        raise
     print(report_text(report))
     print(f"\nWritten to {Path(out)}; a first touch: {_first_touch(out)}")
     return 0 if report.can_hover else 1

@@ -16,6 +16,9 @@ from skylimb.robots.validation import check_inertial
 DUST = 1e-3
 """Links lighter than this stand for nothing real, kg."""
 
+WORLD = "world"
+"""What a URDF's root is often called that is no part of the robot; engines have their own of that name."""
+
 _DUST_GYRATION = 0.01
 """Radius of gyration that such a link is given where its own cannot be, m."""
 
@@ -98,6 +101,7 @@ def _plant_root(tree: UrdfTree, welded: float) -> list[Doubt]:
     if at == base:
         return []
     tree.plant_root(at)
+    tree.drop_empty_leaf(WORLD)
     share = welded / max(tree.total_mass(), 1e-12)
     return [
         Doubt(

@@ -197,6 +197,15 @@ class UrdfTree:
                 assert element is not None  # checked when the tree was read
                 element.set("link", name)
 
+    def drop_empty_leaf(self, name: str) -> None:
+        """Take out a link that weighs nothing, shows nothing and carries nothing, with the joint above it."""
+        link, joint = self.link(name), self.above(name)
+        if link is None or joint is None or self.below(name) or self.mass(name) > 0.0:
+            return
+        if link.find("visual") is None and link.find("collision") is None:
+            self.root.remove(link)
+            self.root.remove(joint)
+
     def _set_place(self, joint: Element, xyz: np.ndarray, R: np.ndarray) -> None:
         for element in joint.findall("origin"):
             joint.remove(element)
