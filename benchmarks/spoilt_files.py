@@ -8,9 +8,10 @@ the MJCFs are scenes of all robots that ship, and of one with an arm, as the eng
 is a quadrotor with a motor plugin. A mutation cuts the file off, puts something odd in the place of a number
 or a name, or takes out, doubles or swaps a tag; one to three a file. Files are
 checked, and their report is written, in processes of their own, so that a crash of the engine is seen as
-one, and a file that takes a minute of processor time as well. What is slow, raises anything but a skylimb error, says more
-than a line or leaves a file is listed, and the exit code is 1. `--first` leaves the files before it out, so
-that ten thousand can be checked in parts; `--keep FOLDER` keeps what is at fault.
+one, and a file that takes a minute of processor time as well. What is slow, raises anything but a
+skylimb error, says more than a line or leaves a file is listed, and the exit code is 1.
+`--first` leaves the files before it out, so that ten thousand can be checked in parts;
+`--keep FOLDER` keeps what is at fault.
 """
 
 from __future__ import annotations
