@@ -43,7 +43,8 @@ def sense_plant(
     if state.imu:
         motion = imu_motion(robot, root, joints, vectoring, outputs.qvel[plant.dofs])
         imu = motion, robot.description.gravity, row.imu_age
-    return sense(state, root, joints, vectoring, row.age, row.noise, dt, row.held, imu, row.stamp)
+    frame = row.age, row.noise, dt, row.held, imu, row.stamp, row.frozen
+    return sense(state, root, joints, vectoring, *frame)
 
 
 def plant_signals(

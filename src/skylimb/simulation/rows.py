@@ -23,6 +23,7 @@ class TickRow(NamedTuple):
     Attributes:
         age: of the motion capture's frame, s.
         held: 1 where no frame comes, and the last one is seen still.
+        frozen: 1 where frames come that show what the last one did.
         stamp: by which the frame's stamp is older than the frame, s.
         late: 1 where the controller comes too late, of which only a supervisor knows.
         imu_age: of what the IMU says, s.
@@ -31,6 +32,7 @@ class TickRow(NamedTuple):
 
     age: Any
     held: Any
+    frozen: Any
     stamp: Any
     late: Any
     imu_age: Any
@@ -40,7 +42,8 @@ class TickRow(NamedTuple):
 def row_layout(robot: Robot) -> Layout[TickRow]:
     """Layout of a `TickRow` for this robot."""
     z3, nq, nv = np.zeros(3), robot.n_joints, robot.n_vectoring
-    return Layout(TickRow(0.0, 0.0, 0.0, 0.0, 0.0, SensorNoise(z3, z3, z3, z3, np.zeros(nq), np.zeros(nv))))
+    noise = SensorNoise(z3, z3, z3, z3, np.zeros(nq), np.zeros(nv))
+    return Layout(TickRow(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, noise))
 
 
 @functools.lru_cache(maxsize=16)
@@ -92,7 +95,7 @@ def flight_rows(
     noise = draw_noise(sensors, times, robot.n_joints, robot.n_vectoring, rng)
     none = np.zeros(len(times))
     imu_ages = np.full(len(times), sensors.imu.latency)
-    known = TickRow(frame_ages(sensors, times), none, none, none, imu_ages, noise)
+    known = TickRow(frame_ages(sensors, times), none, none, none, none, imu_ages, noise)
     ticks = pack_rows(row_layout(robot), known, len(times))
     return FlightRows(
         ticks, reference_table(mission, reference_layout(robot), window), len(mission.times) - 1

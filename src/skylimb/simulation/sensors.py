@@ -157,6 +157,7 @@ def sense(
     held: Any = 0.0,
     imu: tuple[ImuMotion, float, Any] | None = None,
     stamp: Any = 0.0,
+    frozen: Any = 0.0,
 ) -> tuple[SensorState, Measurement]:
     """What the sensors say at this tick.
 
@@ -171,6 +172,7 @@ def sense(
         held: 1 where no frame comes, and the last one is seen still.
         imu: how the IMU moves, gravity (m/s^2), and the age of what it says, s.
         stamp: by which the frame's stamp is older than the frame, s.
+        frozen: 1 where a frame comes that shows what the last one did.
     """
     rows = (root, *state.history[:-1])
     seen = between(rows, age * (1.0 / dt))
@@ -180,7 +182,7 @@ def sense(
     turned = turned / (1.0 + 0.25 * (error[0] ** 2 + error[1] ** 2 + error[2] ** 2)) ** 0.5
     velocity, omega = seen[7:10] + noise.velocity, seen[10:13] + noise.angular_velocity
     fresh = stack(seen[0:3] + noise.position, turned, velocity, omega)
-    shown = where(held > 0.5, state.shown, fresh)
+    shown = where(held + frozen > 0.5, state.shown, fresh)
     age = where(held > 0.5, state.age + dt, age)
     measurement = Measurement(
         position=shown[0:3],

@@ -55,7 +55,7 @@ def test_without_a_frame_the_stamp_grows_old() -> None:
 def test_frozen_capture_sends_new_stamps() -> None:
     seen = measured({"capture": "frozen", "duration": 0.1})
     assert not np.diff(seen["position"][ONSET - 1 : ONSET + 20], axis=0).any()
-    np.testing.assert_allclose(seen["age"][ONSET - 1 : ONSET + 20], 0.015, atol=1e-9)
+    np.testing.assert_allclose(seen["age"][ONSET - 1 : ONSET + 20], [0.015, *[0.01, 0.015] * 10], atol=1e-9)
 
 
 def test_stamps_step() -> None:
@@ -81,8 +81,8 @@ def test_a_supervisor_misses_a_frame_that_does_not_come_and_flies_on() -> None:
     while flight.time < 1.5:
         flight.tick()
     mode = flight.signal("supervisor_mode")
-    assert not mode[: ONSET + 5].any()
-    assert mode[ONSET + 7 : ONSET + 20].all()
+    assert not mode[: ONSET + 3].any()
+    assert mode[ONSET + 3 : ONSET + 20].all()
     assert not mode[ONSET + 22 :].any()
 
 

@@ -26,7 +26,7 @@ from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Watch
 from skylimb.control.supervisor.table import CUT, DESCEND
 from skylimb.robots.model import Robot
-from skylimb.symbolic import Array, abs, max, stack, where, within
+from skylimb.symbolic import Array, abs, clip, max, stack, where, within
 
 UNSEEN = 1e6
 """Age of a frame that is not seen, s."""
@@ -39,6 +39,12 @@ FASTER = 1.5
 
 DOUBT = 0.012
 """Age beside the believed one at which latency is looked at in contact, s."""
+
+FRAMES = 2.0
+"""Usual ways from one pose to the next for which none has to come: one frame may be missed."""
+
+USUAL, LONGEST = 0.1, 0.05
+"""Share of the newest way in the usual one, and the longest that is learnt from, s."""
 
 SETTLED, SHAKEN = 0.1, 0.3
 """Time for which a pose that comes back shakes the robot, s."""
@@ -85,10 +91,14 @@ def believed(
         limits, fault, clocks.strange, measured, watch.before, predicted, clocks.unseen, dt
     )
     same = where(same_pose(measured, watch.before) > 0.5, clocks.same + dt, 0.0)
-    new = within(fault, 0.0, 0.5) * within(same, 0.0, limits.frozen_after) * told.pose
-    unseen = where(new > 0.5, 0.0, clocks.unseen + dt)
+    frozen = over(same, limits.frozen_after)
+    new = within(fault, 0.0, 0.5) * (1.0 - frozen) * told.pose
+    # A pose that stays as it is was not seen since it came.
+    unseen = where(new > 0.5, 0.0, max(clocks.unseen + dt, frozen * same))
     unfelt = where(felt > 0.5, 0.0, clocks.unfelt + dt)
-    stale = over(unseen, limits.stale_after)
+    came = clip(clocks.unseen + dt, 0.0, LONGEST)
+    usual = where(new > 0.5, clocks.usual + USUAL * (came - clocks.usual), clocks.usual)
+    stale = over(unseen, max(limits.stale_after, FRAMES * usual))
     # An old pose is good until it is stale, as frames come more slowly than ticks.
     good = within(fault, 0.0, 0.5) * (1.0 - stale)
     back = where(stale * watch.started > 0.5, 0.0, clocks.back + dt)
@@ -132,7 +142,13 @@ def believed(
     watch = watch._replace(
         started=where(watch.started + new > 0.5, 1.0, 0.0),
         clocks=clocks._replace(
-            unseen=unseen, back=back, unfelt=unfelt, unheard=unheard, same=same, strange=strange
+            unseen=unseen,
+            usual=usual,
+            back=back,
+            unfelt=unfelt,
+            unheard=unheard,
+            same=same,
+            strange=strange,
         ),
         before=measured,
         prediction=prediction,
@@ -141,7 +157,7 @@ def believed(
         loose=loose,
         late=late,
     )
-    return watch, Belief(belief, body, stack(fault, wrong), stale, speaks, lost, astray)
+    return watch, Belief(belief, body, stack(fault, wrong), 1.0 - good, speaks, lost, astray)
 
 
 def _loose(robot: Robot, watch: Watch, astray: Array, speeds: Array) -> Array:

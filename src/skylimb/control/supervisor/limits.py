@@ -22,8 +22,14 @@ class Limits(Gates):
     ] = None
     stale_after: Annotated[
         float,
-        Key("s", "without a pose that is believed, after which the model's is flown on", low=0.0, high=10.0),
-    ] = 0.03
+        Key(
+            "s",
+            "without a pose that is believed, after which the model's is flown on; twice the usual time "
+            "between poses where that is longer",
+            low=0.0,
+            high=10.0,
+        ),
+    ] = 0.02
     retreat_after: Annotated[
         float, Key("s", "without one, after which the robot descends", low=0.0, high=60.0)
     ] = 0.6
@@ -51,8 +57,13 @@ class Limits(Gates):
     ] = 0.1
     frozen_after: Annotated[
         float,
-        Key("s", "of a pose that does not change by a bit, after which it is not new", low=0.0, high=60.0),
-    ] = 0.2
+        Key(
+            "s",
+            "of poses that do not differ by a bit, after which none has come since the first of them",
+            low=0.0,
+            high=60.0,
+        ),
+    ] = 0.05
     hold_for: Annotated[
         float,
         Key(

@@ -47,6 +47,7 @@ class Clocks(NamedTuple):
         mode: in this mode, s.
         broken: since the flight was broken off, s.
         unseen: since a pose was believed, s.
+        usual: from one believed pose to the next, as they come, s.
         back: since the pose was the model's, s.
         unfelt: since joint angles were believed, s.
         unheard: since the IMU that the controller goes by said anything new, s.
@@ -58,6 +59,7 @@ class Clocks(NamedTuple):
     mode: Any = 0.0
     broken: Any = 0.0
     unseen: Any = 0.0
+    usual: Any = 0.05
     back: Any = 1e3
     unfelt: Any = 0.0
     unheard: Any = 0.0

@@ -20,7 +20,7 @@ from skylimb.control.supervisor.balance import balanced
 from skylimb.control.supervisor.descents import Descents
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Sight, Watch
-from skylimb.control.supervisor.table import CUT, DESCEND, RETREAT
+from skylimb.control.supervisor.table import CUT, DESCEND, RETREAT, TABLE
 from skylimb.robots.model import Robot
 from skylimb.symbolic import (
     Array,
@@ -75,6 +75,8 @@ COUNTS = np.array([0.03, 1.0, 1.0, 1e-3])
 PLACE, RETURN = 0.5, 0.5
 """How a place is held, 1/s, and the greatest speed on the way back to it, m/s."""
 
+_STALE = list(TABLE.bits).index("stale")
+
 
 def instead(
     robot: Robot, limits: Limits, descents: Descents, watch: Watch, sight: Sight, dt: float
@@ -94,7 +96,7 @@ def instead(
     back = sight.reference.velocity * where(watch.mode > RETREAT - 0.5, 1.0, 0.0)
     wrench = Wrench(external.force, external.torque)
     left, rotors = watch.loss.left, watch.prediction.thrusts
-    known = within(watch.clocks.unseen, 0.0, limits.stale_after) * within(watch.mode, DESCEND, CUT)
+    known = (1.0 - sight.bits[_STALE]) * within(watch.mode, DESCEND, CUT)
     astray = sight.reference.position - sight.body.position
     home = vector(*(clip(PLACE * astray[axis], -RETURN, RETURN) for axis in range(2)), 0.0)
     firm = FIRM if limits.losses else SOFT

@@ -106,18 +106,17 @@ class SensorFault(Event):
     @classmethod
     def effect(cls, events: Sequence[SensorFault], context: EventContext, times: np.ndarray) -> TickRows:
         """What is added to the rows of the flight."""
-        layout, period = row_layout(context.robot), float(np.diff(times[:2]).sum())
+        layout = row_layout(context.robot)
         added = np.zeros((len(times), layout.size))
         part = {name: added[:, where] for name, where in layout.slices.items()}
         for one in events:
             ticks = one.lasting(times)
             since = times[ticks, None] - one.time
             waiting = since < one.late - 1e-9
-            part["held"][ticks] += waiting | (one.capture in ("lost", "frozen"))
+            part["held"][ticks] += waiting | (one.capture == "lost")
+            part["frozen"][ticks] += one.capture == "frozen"
             part["age"][ticks] += np.where(waiting, 0.0, one.late)
             part["stamp"][ticks] += one.stamp
-            if one.capture == "frozen":  # the stamps go on
-                part["stamp"][ticks] -= since + period
             if one.capture == "disordered":
                 odd = frame_numbers(context.sensors, times[ticks, None]) % 2
                 part["age"][ticks] += odd * _BACK / context.sensors.rate

@@ -1,0 +1,109 @@
+"""Poses that come, fail to come, stay as they are or are refused: when the model's takes their place."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Iterable
+
+import numpy as np
+import pytest
+
+import skylimb
+from skylimb.control.estimation.records import Measurement
+from skylimb.control.missions.reference import zero_reference
+from skylimb.control.records import Command
+from skylimb.control.supervisor.halves import Halves
+from skylimb.control.supervisor.limits import Limits
+from skylimb.control.supervisor.records import Told
+from skylimb.control.supervisor.table import TABLE
+
+DT, WARM = 0.005, 200
+ROBOT = skylimb.load_robot("hydrus_xi_quad")
+NORMAL, COAST = 0.0, float(list(TABLE.modes).index("COAST"))
+HOVER = Command(np.full(4, ROBOT.weight / 4.0), ROBOT.nominal_posture(), np.zeros(4))
+
+
+@functools.cache
+def made() -> tuple[Halves, np.ndarray]:
+    """Both halves, and their memory before the first tick."""
+    halves = Halves(ROBOT, Limits(), 0, DT, imu=False)
+    return halves, halves._state.copy()
+
+
+class Hover:
+    """A robot at rest, seen with a sensor's noise whenever a frame comes."""
+
+    def __init__(self) -> None:
+        self.halves, first = made()
+        self.halves._state[:] = first
+        self.rng = np.random.default_rng(0)
+        self.reference = zero_reference(3, 4)._replace(
+            position=np.array([0.0, 0.0, 1.0]), contact_axis=np.array([1.0, 0.0, 0.0])
+        )
+        self.seen = self.frame()
+
+    def frame(self, away: float = 0.0) -> Measurement:
+        """Another frame, that shows the robot elsewhere by so much, m."""
+        small = 1e-3 * self.rng.standard_normal((3, 3))
+        angles = ROBOT.nominal_posture(), np.zeros(4)
+        place = np.array([away, 0.0, 1.0]) + small[0]
+        level = np.array([1.0, 0.0, 0.0, 0.0])
+        return Measurement(place, level, small[1], small[2], *angles, capture_age=0.01)
+
+    def modes(self, comes: Iterable[bool], away: float = 0.0, frozen: bool = False) -> list[float]:
+        """The mode of each tick, at which a frame comes or not."""
+        found = []
+        for new in comes:
+            if new and not frozen:
+                self.seen = self.frame(away)
+            self.halves.look(Told(pose=float(new)), self.seen, self.reference)
+            self.halves.act(HOVER)
+            found.append(self.halves.mode)
+        return found
+
+
+def every(ticks: int, count: int = WARM) -> list[bool]:
+    """A frame every so many ticks."""
+    return [k % ticks == 0 for k in range(count)]
+
+
+@pytest.mark.parametrize("ticks", [1, 2, 4, 5, 7, 8])
+def test_frames_that_come_as_usual_are_no_alarm_and_one_may_be_missed(ticks: int) -> None:
+    hover = Hover()
+    assert set(hover.modes(every(ticks))) == {NORMAL}
+    missed = [*every(ticks, ticks), *[False] * ticks, *every(ticks, 4 * ticks)]
+    assert set(hover.modes(missed * 3)) == {NORMAL}
+
+
+def test_frames_of_100_hz_are_missed_after_20_ms() -> None:
+    hover = Hover()
+    hover.modes(every(2))
+    modes = hover.modes([True, *[False] * 10])
+    # The next frame is due after two ticks; the second one that does not come is no chance.
+    assert modes == [NORMAL] * 5 + [COAST] * 6
+    assert hover.modes([True, False]) == [NORMAL, NORMAL]
+
+
+def test_after_a_long_loss_the_next_one_is_seen_as_soon() -> None:
+    hover = Hover()
+    hover.modes([*every(2), *[False] * 100, *every(2, 40)])
+    assert hover.modes([True, *[False] * 5]) == [NORMAL] * 5 + [COAST]
+
+
+@pytest.mark.parametrize("away", [0.08, np.nan, 1.5])
+def test_a_pose_that_is_not_believed_is_not_flown_by_from_its_first_tick_on(away: float) -> None:
+    hover = Hover()
+    hover.modes(every(2))
+    assert set(hover.modes(every(2, 20), away)) == {COAST}
+    assert set(hover.modes(every(2, 20))) == {NORMAL}
+
+
+def test_poses_that_do_not_differ_by_a_bit_are_none_whatever_their_stamps_say() -> None:
+    hover = Hover()
+    hover.modes(every(2))
+    modes = hover.modes(every(2, 20), frozen=True)
+    # Its own two ticks count, too.
+    assert (modes.index(COAST) + 2) * DT == pytest.approx(0.055)
+    assert set(modes[modes.index(COAST) :]) == {COAST}
+    # A pose that comes at every second tick is seen at both.
+    assert set(Hover().modes([True] * 4, frozen=True)) == {NORMAL}
