@@ -21,22 +21,39 @@ STATE = Layout(Lateness())
 def stepper() -> ca.Function:
     """A compiled step of the bank: (state, rates that are seen, torque) -> state."""
     flat, seen, torque = ca.SX.sym("state", STATE.size), ca.SX.sym("seen", 3), ca.SX.sym("torque", 3)
+    said = ca.SX.sym("said")
     body = BodyState(np.zeros(3), np.zeros(3), np.eye(3), seen, MODEL)
-    new = lateness(STATE.unpack(flat), body, torque, ASSUMED, 1.0, DT)
-    return ca.Function("step", [flat, seen, torque], [ca.densify(STATE.pack(new))])
+    new = lateness(STATE.unpack(flat), body, torque, ASSUMED, said, 1.0, DT)
+    return ca.Function("step", [flat, seen, torque, said], [ca.densify(STATE.pack(new))])
 
 
 STEP = stepper()
 
 
-def found(late: float, size: float, outside: float = 0.0, seconds: float = 5.0) -> list[float]:
-    """What is believed, tick by tick, of torques like those of hover and gyros that are noisy."""
+def found(
+    late: float,
+    size: float,
+    outside: float = 0.0,
+    seconds: float = 5.0,
+    said: float = 0.0,
+    since: float = 0.0,
+) -> list[float]:
+    """What is believed, tick by tick, of torques like those of hover and gyros that are noisy.
+
+    Args:
+        late: how late they are from a moment on, s.
+        size: of the torques.
+        outside: torque that acts from outside, N m.
+        seconds: that all of it lasts.
+        said: what the stamps say from that moment on, s.
+        since: that moment, s.
+    """
     rng, state, believed = np.random.default_rng(4), STATE.pack(Lateness()), []
     torque, rates, past = np.zeros(3), np.zeros(3), [np.zeros(3)] * 40
-    for _ in range(round(seconds / DT)):
-        past = [rates, *past[:-1]]
-        seen = past[round((ASSUMED + late) / DT)] + 0.003 * rng.normal(size=3)
-        state = STEP(state, seen, torque).full().ravel()
+    for tick in range(round(seconds / DT)):
+        past, begun = [rates, *past[:-1]], tick >= round(since / DT)
+        seen = past[round((ASSUMED + late * begun) / DT)] + 0.003 * rng.normal(size=3)
+        state = STEP(state, seen, torque, said * begun).full().ravel()
         believed.append(float(STATE.unpack(state).late))
         torque = 0.95 * torque + size * INERTIA @ (rng.normal(size=3) - 2.0 * rates)
         rates = rates + DT * np.linalg.solve(INERTIA, torque + outside)
@@ -54,3 +71,16 @@ def test_a_latency_is_found_from_small_motions(late: float, outside: float) -> N
 
 def test_nothing_is_said_of_a_robot_that_makes_no_torque() -> None:
     assert set(found(0.1, 0.0)) == {0.0}
+
+
+def test_what_the_stamps_say_too_is_believed_sooner() -> None:
+    alone, agreed = (np.array(found(0.05, 0.2, 0.3, since=2.0, said=said)) for said in (0.0, 0.05))
+    first = [int(np.argmax(each == 0.05)) * DT - 2.0 for each in (alone, agreed)]
+    assert 0.0 < first[1] < 0.7 * first[0]
+    assert set(agreed[round(2.5 / DT) :]) == {0.05}
+
+
+@pytest.mark.parametrize("said", [-2.0, 0.025, 0.05, 0.1, 0.3, np.nan])
+def test_stamps_alone_prove_nothing(said: float) -> None:
+    assert set(found(0.0, 0.2, 0.3, said=said)) == {0.0}
+    assert set(found(0.0, 0.0, said=said)) == {0.0}

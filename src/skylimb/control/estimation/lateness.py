@@ -26,6 +26,10 @@ FITS, PLAIN = 0.75, 0.015
 """Share of the square that a better latency leaves at most, and by how much at least it is less,
 (rad/s^2)^2: flights whose frames are in time differ by less."""
 
+SAID, SAID_FITS, SAID_PLAIN = 0.0125, 0.9, 0.004
+"""By how much what the stamps say may be off a latency of the bank, s, and what then takes the place of `FITS`
+and `PLAIN`: a clock that was set says the like of frames that are in time, so stamps alone prove nothing."""
+
 WARM, HEARD = 0.5, 0.2
 """Time for which the mean is formed before anything counts, and then for which it counts before anything is
 judged, s: by chance one moment fits any latency."""
@@ -57,7 +61,7 @@ class Lateness(NamedTuple):
 
 
 def lateness(
-    state: Lateness, body: BodyState, torque: Array, latency: float, fresh: Any, dt: float
+    state: Lateness, body: BodyState, torque: Array, latency: float, said: Any, fresh: Any, dt: float
 ) -> Lateness:
     """One step.
 
@@ -66,6 +70,7 @@ def lateness(
         body: as measured.
         torque: of the rotors less the gyroscopic one, over the last tick, C, N m, (3,).
         latency: that is assumed, s.
+        said: by how much later than that the stamps say that the body is measured, s.
         fresh: 1 where the body is measured, and was so for a while.
         dt: control period, s.
     """
@@ -88,9 +93,12 @@ def lateness(
     best, late, present = misfits[0], 0.0 * misfits[0], misfits[0]
     for index, each in enumerate(BANK):
         # What is far from what was believed is believed in steps: the first moments are ambiguous.
-        better = where(misfits[index] < best, 1.0, 0.0) * where(each < state.late + STEP, 1.0, 0.0)
+        near = where(each < state.late + STEP, 1.0, within(said - each, -SAID, SAID))
+        better = where(misfits[index] < best, 1.0, 0.0) * near
         late, best = where(better > 0.5, each, late), where(better > 0.5, misfits[index], best)
         present = where(abs(state.late - each) < 1e-6, misfits[index], present)
-    clear = where(best < FITS * present, 1.0, 0.0) * where(present - best > PLAIN, 1.0, 0.0)
+    agreed = within(said - late, -SAID, SAID) > 0.5
+    fits, plain = where(agreed, SAID_FITS, FITS), where(agreed, SAID_PLAIN, PLAIN)
+    clear = where(best < fits * present, 1.0, 0.0) * where(present - best > plain, 1.0, 0.0)
     clear = clear * within(time, WARM + HEARD, np.inf)
     return Lateness(made, turned, momentum, outside, misfits, where(clear > 0.5, late, state.late), time)

@@ -136,7 +136,8 @@ def believed(
         changed = over(abs(measured.capture_age - limits.latency - late.late), DOUBT)
         asked = where(changed + within(watch.asked.touch, 0.0, 0.5) > 0.5, 1.0, 0.0)
         settled = good * whole * asked * over(back, SETTLED)
-        late = lateness(late, body, prediction.delay.wrenches[0][3:6], limits.latency, settled, dt)
+        said, torque = measured.capture_age - limits.latency, prediction.delay.wrenches[0][3:6]
+        late = lateness(late, body, torque, limits.latency, said, settled, dt)
         loss, observer = _given_up(limits, loss, found, lost, descending, prediction.observer, body)
         prediction = prediction._replace(observer=observer)
     watch = watch._replace(
