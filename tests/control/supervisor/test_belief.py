@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Iterable
 
 import numpy as np
 import pytest
 
 import skylimb
-from skylimb.control.estimation.records import Measurement
+from skylimb.control.estimation.records import Imu, Measurement
 from skylimb.control.missions.reference import zero_reference
 from skylimb.control.records import Command
 from skylimb.control.supervisor.halves import Halves
@@ -23,19 +22,11 @@ NORMAL, COAST = 0.0, float(list(TABLE.modes).index("COAST"))
 HOVER = Command(np.full(4, ROBOT.weight / 4.0), ROBOT.nominal_posture(), np.zeros(4))
 
 
-@functools.cache
-def made() -> tuple[Halves, np.ndarray]:
-    """Both halves, and their memory before the first tick."""
-    halves = Halves(ROBOT, Limits(), 0, DT, imu=False)
-    return halves, halves._state.copy()
-
-
 class Hover:
     """A robot at rest, seen with a sensor's noise whenever a frame comes."""
 
-    def __init__(self) -> None:
-        self.halves, first = made()
-        self.halves._state[:] = first
+    def __init__(self, imu: bool = False) -> None:
+        self.imu, self.halves = imu, Halves(ROBOT, Limits(), 0, DT, imu=imu)
         self.rng = np.random.default_rng(0)
         self.reference = zero_reference(3, 4)._replace(
             position=np.array([0.0, 0.0, 1.0]), contact_axis=np.array([1.0, 0.0, 0.0])
@@ -50,13 +41,18 @@ class Hover:
         level = np.array([1.0, 0.0, 0.0, 0.0])
         return Measurement(place, level, small[1], small[2], *angles, capture_age=0.01)
 
-    def modes(self, comes: Iterable[bool], away: float = 0.0, frozen: bool = False) -> list[float]:
+    def modes(
+        self, comes: Iterable[bool], away: float = 0.0, frozen: bool = False, land: bool = False
+    ) -> list[float]:
         """The mode of each tick, at which a frame comes or not."""
         found = []
         for new in comes:
             if new and not frozen:
                 self.seen = self.frame(away)
-            self.halves.look(Told(pose=float(new)), self.seen, self.reference)
+            if self.imu:
+                said = Imu(self.rng.standard_normal(3), self.rng.standard_normal(3))
+                self.seen = self.seen._replace(imu=said)
+            self.halves.look(Told(pose=float(new), land=float(land)), self.seen, self.reference)
             self.halves.act(HOVER)
             found.append(self.halves.mode)
         return found
@@ -107,3 +103,16 @@ def test_poses_that_do_not_differ_by_a_bit_are_none_whatever_their_stamps_say() 
     assert set(modes[modes.index(COAST) :]) == {COAST}
     # A pose that comes at every second tick is seen at both.
     assert set(Hover().modes([True] * 4, frozen=True)) == {NORMAL}
+
+
+@pytest.mark.parametrize("imu", [False, True])
+def test_who_flies_back_by_an_imu_is_not_turned_to_where_the_model_has_gone_astray(imu: bool) -> None:
+    """A blind robot turned to where its model believed it to be, half a radian off, and was lost."""
+    hover = Hover(imu)
+    hover.modes([*every(2), *[False] * 40])
+    hover.modes([False] * 2, land=True)
+    place = hover.halves._made.watch.slices["prediction.motion.quaternion"]
+    hover.halves._state[place] = [np.cos(0.5), 0.0, 0.0, np.sin(0.5)]
+    assert hover.modes([False]) == [float(list(TABLE.modes).index("RETREAT"))]
+    turned = hover.halves.sight.reference.heading - hover.reference.heading
+    assert turned == pytest.approx(0.0 if imu else 0.7, abs=0.02)

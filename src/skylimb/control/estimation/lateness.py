@@ -27,8 +27,9 @@ FITS, PLAIN = 0.75, 0.015
 (rad/s^2)^2: flights whose frames are in time differ by less."""
 
 SAID, SAID_FITS, SAID_PLAIN = 0.0125, 0.9, 0.004
-"""By how much what the stamps say may be off a latency of the bank, s, and what then takes the place of `FITS`
-and `PLAIN`: a clock that was set says the like of frames that are in time, so stamps alone prove nothing."""
+"""By how much what the stamps say may be off a latency of the bank, s, and what then takes the place of
+`FITS` and `PLAIN`: a clock that was set says the like of frames that are in time, so stamps alone prove
+nothing."""
 
 WARM, HEARD = 0.5, 0.2
 """Time for which the mean is formed before anything counts, and then for which it counts before anything is

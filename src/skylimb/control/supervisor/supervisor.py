@@ -56,7 +56,9 @@ def before(
     mode = TABLE.decided(watch.mode, found)
     watch, flown, aims = aimed(watch, mode, reference, limits.floor, dt)
     near = turned_to(robot, belief.body, flown)
-    flown = chosen(within(mode, RETREAT - 0.5, CUT) > 0.5, near, flown)
+    # Who flies by an IMU knows its heading, while the model's goes astray.
+    known = within(mode, RETREAT - 0.5, CUT) * (1.0 - belief.stale * belief.speaks)
+    flown = chosen(known > 0.5, near, flown)
     clocks = watch.clocks._replace(mode=where(mode == watch.mode, watch.clocks.mode + dt, 0.0))
     asks = watch.started * within(mode, 0.0, DESCEND - 0.5) * within(watch.told.late, 0.0, 0.5) * aims
     bits = stack(*(found[name] for name in TABLE.bits))
