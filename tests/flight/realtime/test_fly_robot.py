@@ -141,7 +141,7 @@ def test_a_robot_whose_clock_is_set_flies_on(step: float) -> None:
     over, _ = flown(before=set_clock)
     run, count = skylimb.run("paper", "hybrid", set=HOLD), 160
     assert over.faults["clock of the stamps was set"] == 1
-    assert over.faults.get("too old", 0) <= 2
+    assert over.faults.get("too old", 0) <= 3  # of the seven messages that are refused four are waited for
     assert not over.run.log.retreating.values[:count].any()
     away = over.run.log.root_position_measured - run.log.root_position_measured
     assert float(np.abs(away[:count]).max()) < 0.005
