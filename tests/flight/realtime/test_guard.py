@@ -142,7 +142,8 @@ def test_old_measurements_coast_then_descend_and_then_cut(
         commands.append(flight.tick(hovering(), taken=0.0)[0])
         modes.append(flight.guard.mode)
     began = {mode: modes.index(mode) for mode in ("COAST", "DESCEND", "CUT")}
-    assert began == {"COAST": 6, "DESCEND": 120, "CUT": 200}
+    # After one pose nobody knows yet how often they come: it coasts later than it will.
+    assert began == {"COAST": 18, "DESCEND": 120, "CUT": 200}
     # The controller is asked all the while that it coasts, about where the model has the robot.
     assert len(flight.inner.seen) == 121
     moved = np.array([seen.position for seen, _ in flight.inner.seen[8:]])
