@@ -146,7 +146,7 @@ def test_old_measurements_coast_then_descend_and_then_cut(
     assert began == {"COAST": 18, "DESCEND": 120, "CUT": 200}
     # The controller is asked all the while that it coasts, about where the model has the robot.
     assert len(flight.inner.seen) == 121
-    moved = np.array([seen.position for seen, _ in flight.inner.seen[8:]])
+    moved = np.array([seen.position for seen, _ in flight.inner.seen[20:]])
     assert np.diff(moved[:, 2]).max() < 0.0  # 20 N carry nothing, and it knows
     level = np.array([command.thrusts for command in commands[120:200]])
     low, high = robot.thrust_limits()
