@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -10,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from skylimb.analysis.exchange.frames import frames_function
-from skylimb.base.bound_function import BoundFunction
+from skylimb.base.bound_function import ArrayFunction
 from skylimb.base.rotations import rotation_from_quaternion
 from skylimb.robots.model import Robot
 from skylimb.symbolic import cross
@@ -86,12 +85,8 @@ class Bodies:
             p,
             R,
         ]
-        flat = [ca.reshape(part.T, -1, 1) for part in parts]
-        function = ca.Function("body", [ca.vertcat(*given)], [ca.densify(ca.vertcat(*flat))], {"cse": True})
-        self._given, self._made = np.zeros(sum(sizes)), np.zeros(48)
-        ends = np.cumsum([part.numel() for part in flat]).tolist()
-        self._parts = [slice(*pair) for pair in itertools.pairwise([0, *ends])]
-        self._bound = BoundFunction(function, [self._given], [self._made])
+        function = ca.Function("body", given, [ca.densify(part) for part in parts], {"cse": True})
+        self._function = ArrayFunction(function)
 
     def of(self, measured: Sequence[Any]) -> Body:
         """The body of a measurement that is believed.
@@ -101,8 +96,4 @@ class Bodies:
                 m/s, (3,), and angular velocity in its axes, rad/s, (3,); joint and vectoring angles, rad;
                 what comes behind them does not matter.
         """
-        np.concatenate(measured[:6], out=self._given)
-        self._bound.evaluate()
-        made = self._made.copy()
-        parts = (made[part] for part in self._parts)
-        return Body(*(part.reshape(3, -1) if part.size == 9 else part for part in parts))
+        return Body(*self._function(*measured[:6]))

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,8 +10,7 @@ import numpy as np
 
 from skylimb.analysis.exchange.body import Body
 from skylimb.analysis.exchange.messages import Vector
-from skylimb.base.rotations import hat
-from skylimb.robots.links import Joint
+from skylimb.base.rotations import rotation_from_axis_angle
 from skylimb.robots.model import Robot
 
 Placed = tuple[np.ndarray, np.ndarray]
@@ -42,8 +40,6 @@ class Names:
         self.joints = description.shape_joints
         self.mass = sum(link.inertial.mass for link in description.links)
         self.gimbals = tuple(name.replace("gimbal_joint", "gimbal") for name in description.vectoring_joints)
-        turning = (*description.shape_joints, *description.vectoring_joints)
-        self._places = [_Place(joint, turning, self) for joint in description.joints]
 
     def frame(self, name: str) -> str:
         """A frame of the robot, as the lab calls it."""
@@ -56,7 +52,7 @@ class Names:
     @property
     def children(self) -> set[str]:
         """Frames of all links but the first."""
-        return {place.child for place in self._places}
+        return {self.link(joint.child) for joint in self._description.joints}
 
     def links(self, angles: np.ndarray, *, moving: bool | None = None) -> Iterator[Frame]:
         """Links in their parents.
@@ -65,9 +61,15 @@ class Names:
             angles: of joints and gimbals, rad.
             moving: only those whose joint moves, or only those whose joint never does.
         """
-        for place in self._places:
-            if moving is None or moving == (place.index is not None):
-                yield place.parent, place.child, place.xyz, place.axes(angles)
+        turning = (*self._description.shape_joints, *self._description.vectoring_joints)
+        known = dict(zip(turning, angles, strict=True))
+        for joint in self._description.joints:
+            turns = joint.name in known
+            if moving is None or moving == turns:
+                R = joint.R
+                if turns:
+                    R = np.asarray(R @ rotation_from_axis_angle(joint.axis, known[joint.name]))
+                yield self.link(joint.parent), self.link(joint.child), joint.xyz, R
 
     def root(self, angles: np.ndarray, measured: Placed) -> tuple[str, np.ndarray, np.ndarray]:
         """The first link of the URDF in W, from the measured link's pose there."""
@@ -84,30 +86,6 @@ class Names:
         """Frames that never move in their parents: the first link is the lab's root."""
         yield self.frame("root"), self.link(self._description.root), np.zeros(3), np.eye(3)
         yield from self.links(angles, moving=False)
-
-
-class _Place:
-    """A link in its parent: R(angle) = R_0 + sin(angle) R_1 + (1 - cos(angle)) R_2 (Rodrigues' formula).
-
-    Args:
-        joint: that it turns with.
-        turning: joints that turn, in the order of their angles.
-        names: of the frames.
-    """
-
-    def __init__(self, joint: Joint, turning: Sequence[str], names: Names) -> None:
-        self.parent, self.child, self.xyz = names.link(joint.parent), names.link(joint.child), joint.xyz
-        self.index = turning.index(joint.name) if joint.name in turning else None
-        K = hat(np.asarray(joint.axis, dtype=float))
-        self._parts = joint.R, joint.R @ K, joint.R @ K @ K
-
-    def axes(self, angles: np.ndarray) -> np.ndarray:
-        """Its axes in its parent, (3, 3)."""
-        fixed, sine, cosine = self._parts
-        if self.index is None:
-            return fixed
-        angle = float(angles[self.index])
-        return fixed + math.sin(angle) * sine + (1.0 - math.cos(angle)) * cosine
 
 
 @dataclass(frozen=True)
