@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import time
 from collections import deque
@@ -53,6 +54,10 @@ class OverDds(Wire):
         self.lost += len(sent) - len(found)
         return found
 
+    def close(self) -> None:
+        """Both leave, also when a failed test's traceback holds this: a process has one domain at a time."""
+        self._sides.clear()
+
 
 @pytest.mark.slow
 def test_a_clock_that_is_set_moves_no_robot(domain: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> None:
@@ -60,7 +65,12 @@ def test_a_clock_that_is_set_moves_no_robot(domain: dict[str, str], monkeypatch:
 
     # A process configures a domain once; here two nodes live in one.
     monkeypatch.setattr(cyclonedds.domain, "Domain", functools.cache(cyclonedds.domain.Domain))
-    wire, ahead = OverDds(), 0.0
+    with contextlib.closing(OverDds()) as wire:
+        _set_clocks(wire)
+
+
+def _set_clocks(wire: OverDds) -> None:
+    ahead = 0.0
     wire.hover()
     wire.fly(2.0)
     wire.where.clear()
@@ -76,7 +86,8 @@ def test_a_clock_that_is_set_moves_no_robot(domain: dict[str, str], monkeypatch:
         wire.fly(0.7)
         assert wire.pilot.faults["mocap/pose: clock of the stamps was set"] == count
     assert wire.pilot.pilot.flying.state == FlightState.HOVER
-    assert wire.pilot.faults["too old"] < 15  # ticks that were coasted until the clock was read anew
+    # A fifth pose that agrees is believed, after 50 ms; those behind the first 20 coast.
+    assert wire.pilot.faults["too old"] <= 6 * len(STEPS)
     assert wire.lost < 5  # of the best effort
     away = np.array(wire.where) - wire.where[0]
     assert np.linalg.norm(away, axis=1).max() < 0.03
