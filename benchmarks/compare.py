@@ -127,9 +127,9 @@ def environment(stem: str) -> tuple[Path, str]:
     return python, ""
 
 
-def _flown(rival: Rival, python: str, repeats: int) -> dict[str, Any]:
-    options = json.dumps({"repeats": repeats, "batches": rival.batches})
-    command = [python, str(HERE / f"fly_{rival.stem}.py"), options]
+def answer(python: str, script: str, **options: Any) -> dict[str, Any]:
+    """What a script of rivals/ prints last; or a `problem`, why it printed nothing."""
+    command = [python, str(HERE / script), json.dumps(options)]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=FLY_SECONDS, check=False)
         if done.returncode == 0:
@@ -137,6 +137,10 @@ def _flown(rival: Rival, python: str, repeats: int) -> dict[str, Any]:
     except subprocess.TimeoutExpired:
         return {"problem": f"its flights took more than {FLY_SECONDS} s"}
     return {"problem": f"its flight failed: {(done.stderr.strip() or 'no message').splitlines()[-1]}"}
+
+
+def _flown(rival: Rival, python: str, repeats: int) -> dict[str, Any]:
+    return answer(python, f"fly_{rival.stem}.py", repeats=repeats, batches=rival.batches)
 
 
 def _rows(rival: Rival, found: dict[str, Any]) -> list[dict[str, Any]]:

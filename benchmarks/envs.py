@@ -2,11 +2,13 @@
 
     python benchmarks/envs.py
     python benchmarks/envs.py --task pushing --environments 1 8 64
+    python benchmarks/envs.py --rivals
 
 The replay makes the same physics steps with a flight's own controls from a table, by the engine's own loop
 in C, and nothing else (`native.py`). Both are on one thread, in its own processor time, in the same run, the
 least of several in turns. Episodes have their take-offs in them, of draws that were met before. Exits with 1
-when many environments fall short.
+when many environments fall short. `--rivals` asks the same of crazyflow and RotorPy, each by itself
+(`compare.py`): its environments to learn in against its batch of vehicles alone, on one core.
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ import argparse
 import sys
 import time
 
+import compare
 import native
 import numpy as np
 from rich.console import Console
@@ -24,6 +27,8 @@ from skylimb.envs import FlightVectorEnv
 from skylimb.flight.takeoff import prepare
 
 RATIO_WANTED = 0.6
+RIVALS = {"crazyflow": "crazyflow", "RotorPy": "rotorpy"}
+"""By name, the stem of its files in rivals/."""
 DRAWS = 4
 
 
@@ -40,12 +45,28 @@ def episode(env: FlightVectorEnv, rng: np.random.Generator) -> tuple[float, int]
     return took, sum(int(flight.record.done) for flight in env.fleet.flights.flights)
 
 
+def rivals(count: int, repeats: int) -> Table:
+    """What others' environments keep of the physics that stands behind them."""
+    table = Table("", "physics steps/s alone", "of its environments", "share")
+    for name, stem in RIVALS.items():
+        python, problem = compare.environment(stem)
+        script = f"learn_{stem}.py"
+        found = {} if problem else compare.answer(str(python), script, environments=count, repeats=repeats)
+        if problem or "problem" in found:
+            table.add_row(name, problem or found["problem"])
+            continue
+        raw, own = found["raw"], found["own"]
+        table.add_row(f"{name}, {count} environments", f"{raw:,.0f}", f"{own:,.0f}", f"{own / raw:.2f}")
+    return table
+
+
 def main() -> int:
     """Measure, and print a table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--task", default="sliding")
     parser.add_argument("--environments", type=int, nargs="+", default=[1, 64])
     parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--rivals", action="store_true", help="crazyflow's and RotorPy's as well")
     asked = parser.parse_args()
     vary = {"surface.friction": {"uniform": [0.1, 0.4]}}
     table = Table("", "physics steps/s", "control ticks/s", "of the raw replay")
@@ -67,6 +88,8 @@ def main() -> int:
             table.add_row(what, f"{most:,.0f}", f"{most / takeoff.plant.substeps:,.0f}", f"{part:.2f}")
         short |= count >= 64 and ratio < RATIO_WANTED
     Console().print(table)
+    if asked.rivals:
+        Console().print(rivals(max(asked.environments), asked.repeats))
     return int(short)
 
 
