@@ -4,6 +4,7 @@ python benchmarks/second_engine.py
 python benchmarks/second_engine.py --flights paper:hybrid --steps 1e-3
 python benchmarks/second_engine.py --flights paper:hybrid --own-contact
 python benchmarks/second_engine.py --flights paper:following paper:drawing --steps 1e-3
+python benchmarks/second_engine.py --flights paper:following:dragon --steps 1e-3 2.5e-4
 """
 
 from __future__ import annotations
@@ -34,13 +35,13 @@ def flown(name: str, step: float, own_contact: bool = False, **changes: object) 
     """The same flight in MuJoCo and in Drake.
 
     Args:
-        name: experiment and controller, with a colon between them.
+        name: experiment and controller, and another robot where there is one, with colons between them.
         step: of the physics, s.
         own_contact: whether Drake touches with its own contact.
         changes: of the experiment.
     """
-    experiment, controller = name.split(":")
-    asked = {**QUIET, "plant.physics_step": step, **changes}
+    experiment, controller, *robot = name.split(":")
+    asked = {**QUIET, "plant.physics_step": step, **({"robot": robot[0]} if robot else {}), **changes}
     plants = (None, drake(own_contact))
     runs = [skylimb.run(experiment, controller, set=asked, plant=plant) for plant in plants]
     for run in runs:
