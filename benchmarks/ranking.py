@@ -93,7 +93,7 @@ PLACES = {
         "the paper's circle again, on the first of its draws, as each flight of `mppi` takes minutes",
         "paper",
         contenders=("following", "drawing", "mpc", "mppi", UNSAMPLED),
-        most=6,
+        most=12,
     ),
 }
 COLUMNS = (

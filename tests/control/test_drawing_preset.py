@@ -230,6 +230,6 @@ def test_it_is_following_but_for_what_it_says(robot: Any) -> None:
     changed = {key for key in other["translation"] if mine["translation"][key] != other["translation"][key]}
     assert changed == {
         *("stiffness", "damping_ratio", "cancel", "cancel_speed", "feed"),
-        *("swing", "swing_cutoff", "swing_speed"),
+        *("swing", "swing_cutoff", "swing_speed", "leaving_swing"),
         "landing_cancel",
     }

@@ -15,7 +15,7 @@ from skylimb.base.packing import numeric
 from skylimb.base.rotations import rotation_from_rpy
 from skylimb.base.signal_table import PLACE_TERMS
 from skylimb.control.estimation.records import Start, Wrench
-from skylimb.control.press import EASED, PLAIN, SATURATED, SEARCHING, WAITING
+from skylimb.control.press import EASED, PLAIN, SATURATED, SEARCHING, UNLOADING, WAITING
 from skylimb.control.records import ArmTarget, LawInput
 from skylimb.control.translation import following
 from skylimb.robots.description import GRAVITY
@@ -172,6 +172,15 @@ def test_the_damper_counts_the_pens_swing_by_its_shares(make_inputs: Make) -> No
     np.testing.assert_allclose(none[1:], 0.0, atol=1e-12)
     slow, _, _ = step(at, replace(gains, swing_cutoff=1.0))
     np.testing.assert_allclose(slow.swing, (1.0 - np.exp(-2.0 * np.pi * DT)) * swing, atol=1e-12)
+
+
+def test_at_the_end_of_a_stroke_the_swing_counts_by_shares_of_its_own(make_inputs: Make) -> None:
+    gains = replace(GAINS, swing=(0.5, 0.25), leaving_swing=(0.2, 1.0), swing_cutoff=1e4)
+    spin = np.array([0.1, -0.2, 0.3])
+    damping = MASS * 2.0 * np.array([0.7 * 8.0**0.5, 0.9 * 6.0**0.5]) * np.cross(spin, ARM)[1:]
+    for reason, shares in ((PLAIN, (0.5, 0.25)), (UNLOADING, (0.5, 1.0))):
+        at = make_inputs(contact=ENGAGED._replace(reason=reason), omega=spin, **CALM)
+        np.testing.assert_allclose(step(at, gains)[1][1:], -np.array(shares) * damping, atol=1e-12)
 
 
 def test_a_landing_cancels_what_is_felt_though_the_path_rests(make_inputs: Make) -> None:

@@ -317,7 +317,7 @@ def test_the_presets_are_what_has_been_flown(robot: Robot) -> None:
         "force_integral_limit": 3.0, "tank": 0.5, "cancel": [0.5, 0.7], "cancel_cutoff": [5.0, 5.0],
         "cancel_limit": 1.0, "cancel_speed": 0.06, "error_limit": 0.1, "pen": 1.0, "hanging": 1.0,
         "feed": 0.0, "swing": [0.0, 0.0], "swing_cutoff": 1.0, "swing_speed": 10.0,
-        "landing_cancel": [0.0, 0.0],
+        "landing_cancel": [0.0, 0.0], "leaving_swing": [0.0, 0.0],
     }  # fmt: skip
     assert flattened(following, "allocation") == {
         "hold_lift": True, "leak.compensate": True, "leak.cutoff": 3.0, "rotor_lag.compensate": True,
@@ -354,7 +354,7 @@ def test_what_a_law_does_where_no_preset_says_otherwise() -> None:
         "tank": 0.5, "cancel": [1.0, 1.0], "cancel_cutoff": [5.0, 5.0], "cancel_limit": 1.0,
         "cancel_speed": 0.06, "error_limit": 0.1, "pen": 1.0, "hanging": 0.0, "feed": 0.0,
         "swing": [0.0, 0.0], "swing_cutoff": 1.0, "swing_speed": 10.0,
-        "landing_cancel": [0.0, 0.0],
+        "landing_cancel": [0.0, 0.0], "leaving_swing": [0.0, 0.0],
     }  # fmt: skip
     assert to_mapping(recentring.Gains()) == {
         "rate": 0.3,

@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from skylimb.control.planning import vectoring_files
+from skylimb.control.planning import vectoring, vectoring_files
 from skylimb.control.planning.joint_torque import joint_torque_function
 from skylimb.control.planning.vectoring import vectoring_table
 from skylimb.control.planning.vectoring_criteria import CONTACT, TORQUE
@@ -68,5 +68,6 @@ def test_without_angles_for_contact_it_flies_with_those_of_most_torque(
         return usual, "a digest"
 
     monkeypatch.setattr(vectoring_files, "find_coefficients", found)
+    vectoring._say.cache_clear()  # it is said once a process
     np.testing.assert_array_equal(vectoring_table(ROBOT, "contact").coefficients, usual)
     assert "flies with those of most torque" in caplog.text

@@ -8,7 +8,8 @@ where the estimated force is cancelled only as the pen moves: a pen that sticks 
 hunt. A force that the contact law expects is made up for at once (`feed`), and only what is estimated beyond
 it is cancelled. A robot that presses harder tilts, and its pen swings about the centre of gravity. The damper
 must not hold back the way by which the centre of gravity makes up for that, so p' may count the swing, as
-p' + share (omega x r) behind a low pass.
+p' + share (omega x r) behind a low pass; all of it while the press goes at the end of a stroke
+(`leaving_swing`): a body that is late by then draws its lag as a tail when the pen comes off.
 
 Along the contact axis it is soft while the force is regulated, around an anchor that the contact law carries
 along, and heavier or lighter than it is by the mass ratio mu = M_d / m:
@@ -32,11 +33,12 @@ from skylimb.base.keys import Key, Vector3, configuration
 from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.hanging import slow_arm
 from skylimb.control.needs import Needs
+from skylimb.control.press import UNLOADING
 from skylimb.control.records import LawInput
 from skylimb.control.rubbing import Cancel, CancelCutoff, CancelLimit, Feed, expected_across, made_up, upright
 from skylimb.control.tank import gone, regulated
 from skylimb.control.terms import place_terms
-from skylimb.symbolic import Array, clip, cross, dot, low_pass, where
+from skylimb.symbolic import Array, clip, cross, dot, low_pass, max, where
 
 REQUIRES = (
     "estimate.body",
@@ -137,6 +139,10 @@ class Gains:
         float,
         Key("m/s", "speed of the path from which none of that motion is counted", above=0.0, high=10.0),
     ] = 10.0
+    leaving_swing: Annotated[
+        tuple[float, float],
+        Key("", "least such shares while the press goes at the end of a stroke", low=0.0, high=1.0),
+    ] = (0.0, 0.0)
     error_limit: Annotated[
         float,
         Key(
@@ -208,11 +214,13 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
     swing = cross(body.R_WC @ body.angular_velocity, hanging.swings)
     swing = low_pass(state.swing, swing, 2.0 * math.pi * gains.swing_cutoff, dt)
     counted = 1.0 - clip(contact.speed / gains.swing_speed, 0.0, 1.0)
+    leaving = 0.0 if contact.reason is None else where(contact.reason == UNLOADING, 1.0, 0.0)
     total, proportional, derivative = m * body.model.gravity, np.zeros(3), np.zeros(3)
     for axis, i in ((u, 1), (v, 2)):
         limit = _error_limit(gains, axis, i, body.model.gravity)
         error = clip(dot(axis, body.position - target), -limit, limit)
-        error_rate = dot(axis, body.velocity + gains.swing[i - 1] * counted * swing - reference.tip_velocity)
+        swings = max(gains.swing[i - 1] * counted, gains.leaving_swing[i - 1] * leaving)
+        error_rate = dot(axis, body.velocity + swings * swing - reference.tip_velocity)
         damper, spring = hanging.firmness * damping[i] * error_rate, gains.stiffness[i] * error
         wanted = dot(axis, reference.tip_acceleration) - damper - spring
         total = total + axis * (m * wanted - known[i - 1])
