@@ -28,6 +28,7 @@ from skylimb.flight.drivers.native import compile_native, fly_native
 from skylimb.flight.takeoff import take_off
 from skylimb.studies.campaign.fly_campaign import run_campaign
 from skylimb.studies.campaign.spec import CampaignSpec
+from skylimb.studies.campaign.tuning.tune_gains import tune
 from skylimb.studies.campaign.who_wins import fails_where, shown_ranks
 
 DOCS = Path(__file__).parents[1] / "docs"
@@ -60,6 +61,23 @@ AS_BUILT = VARY | {
     "sensors.attitude_misalignment": {"uniform": [-0.0175, 0.0175], "size": 3},
 }
 """As of one that is not; the ranges of benchmarks/following.py."""
+TRIALS, TRIAL_DRAWS = 40, 6
+"""Sets of gains that the search flies for each controller, the shipped ones first, and on how many draws."""
+_PID = {"proportional": (0.5, 10.0), "integral": (0.01, 3.0), "derivative": (1.0, 12.0)}
+_IMPEDANCE = {
+    "normalized_stiffness": (0.5, 15.0),
+    "damping_ratio": (0.3, 1.5),
+    "virtual_mass_ratio": (0.5, 5.0),
+}
+_FOLLOWING = {"stiffness": (2.0, 60.0), "damping_ratio": (0.3, 1.5)}
+SLIDING: dict[str, dict[str, tuple[float, float]]] = {
+    **dict.fromkeys(("pid", "admittance"), _PID),
+    **dict.fromkeys(("impedance", "hybrid"), _IMPEDANCE),
+    **dict.fromkeys(("following", "drawing", "learned"), _FOLLOWING),
+    "mpc": {"place_cost": (30.0, 3000.0), "lag": (0.02, 0.2)},
+}
+"""Gains of both sliding axes that are searched, from and to; of who cancels friction, its share as well."""
+CANCELS = ("following", "drawing", "learned", "mpc")
 
 
 @dataclass(frozen=True)
@@ -72,6 +90,7 @@ class Place:
         vary: what is drawn.
         contenders: who flies.
         most: draws at most.
+        tuned: whether each flies with the gains that a search found for it.
     """
 
     what: str
@@ -79,11 +98,17 @@ class Place:
     vary: Mapping[str, Any] = field(default_factory=lambda: VARY)
     contenders: Sequence[str] = CONTENDERS
     most: int = 10**6
+    tuned: bool = False
 
 
 PLACES = {
     "paper": Place("the paper's circle on a leaning board"),
     "paper_as_built": Place("the same by robots that nobody has calibrated", "paper", AS_BUILT),
+    "paper_tuned": Place(
+        f"the same, each tuned to this line by {TRIALS} sets of its gains on {TRIAL_DRAWS} other draws",
+        "paper",
+        tuned=True,
+    ),
     "cylinder_convex": Place("a circle on a cylinder that bulges"),
     "sine_gentle": Place("a circle on waves"),
     "push_and_slide": Place("pushes along a wall"),
@@ -113,13 +138,36 @@ def unsampled(out: Path) -> str:
     return str(file)
 
 
+def tuned(name: str, out: Path, trials: int = TRIALS, draws: int = TRIAL_DRAWS) -> str:
+    """The preset of a controller with gains that a search found for the paper's circle; kept in `out`."""
+    gains = {f"translation.{gain}.{axis}": span for gain, span in SLIDING[name].items() for axis in (1, 2)}
+    if name in CANCELS:
+        gains |= {f"translation.cancel.{axis}": (0.05, 1.0) for axis in (0, 1)}
+    given = {
+        "experiment": "paper",
+        "controllers": [FILES.get(name, name)],
+        "draws": draws,
+        "seed": SEED + 1,
+        "logs": "none",
+        "vary": VARY,
+        "tune": {"objective": "pen_line_rms", "trials": trials, "held_out": draws, "gains": gains},
+    }
+    folder = out / "tuned" / name
+    outcome = tune(from_mapping(CampaignSpec, given, "ranking"), folder, resume=folder.exists())
+    if not outcome.tuned:
+        raise SystemExit("stopped; what was flown is kept")
+    (name,) = outcome.tuned
+    return str((folder / f"{name}.toml").resolve())
+
+
 def flown(name: str, draws: int, out: Path, contenders: Sequence[str] = ()) -> list[dict[str, Any]]:
     """What a place's campaign says of each controller; of all that it has, or of some."""
     place = PLACES[name]
     contenders = contenders or place.contenders
+    files = [unsampled(out) if one == UNSAMPLED else FILES.get(one, one) for one in contenders]
     given = {
         "experiment": place.experiment or name,
-        "controllers": [unsampled(out) if one == UNSAMPLED else FILES.get(one, one) for one in contenders],
+        "controllers": [tuned(one, out) for one in contenders] if place.tuned else files,
         "draws": min(draws, place.most),
         "seed": SEED,
         "logs": "none",

@@ -6,6 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from skylimb.control.controller import load_controller
+from skylimb.robots import load_robot
+
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 
 
@@ -24,3 +27,19 @@ def test_a_place_is_flown_and_its_table_ranks(tmp_path: Path, monkeypatch: pytes
     assert "| `mpc` | 0 | " in text
     assert "(1)" in text
     assert ranking.flown("push_and_slide", 8, tmp_path, both) == rows  # nothing is flown again
+
+
+@pytest.mark.slow
+def test_a_controller_is_tuned_once_and_flies_from_its_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(str(BENCHMARKS))
+    ranking = import_module("ranking")
+    file = ranking.tuned("admittance", tmp_path, 3, 2)
+    searched = Path(file).read_text(encoding="utf-8")
+    assert ranking.tuned("admittance", tmp_path, 3, 2) == file
+    sys.modules.pop("ranking")
+    assert Path(file).read_text(encoding="utf-8") == searched
+    gains = load_controller(file, load_robot("hydrus_xi_quad")).tables()["translation"]
+    assert gains["proportional"][0] == 2.3  # along the contact axis nothing is searched
+    assert all(0.01 <= gain <= 3.0 for gain in gains["integral"][1:])
