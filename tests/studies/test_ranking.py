@@ -1,13 +1,11 @@
 """The bench that ranks all controllers, in its shortest form."""
 
 import sys
+import tomllib
 from importlib import import_module
 from pathlib import Path
 
 import pytest
-
-from skylimb.control.controller import load_controller
-from skylimb.robots import load_robot
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 
@@ -40,6 +38,6 @@ def test_a_controller_is_tuned_once_and_flies_from_its_file(
     assert ranking.tuned("admittance", tmp_path, 3, 2) == file
     sys.modules.pop("ranking")
     assert Path(file).read_text(encoding="utf-8") == searched
-    gains = load_controller(file, load_robot("hydrus_xi_quad")).tables()["translation"]
+    gains = tomllib.loads(searched)["translation"]
     assert gains["proportional"][0] == 2.3  # along the contact axis nothing is searched
     assert all(0.01 <= gain <= 3.0 for gain in gains["integral"][1:])
