@@ -146,7 +146,8 @@ def corrections(number: int, drawn: Mapping[str, Any]) -> Corrections:
 def known_table(rows: Sequence[Mapping[str, Any]]) -> str:
     """The range of the seeds, a drawing a line."""
     lines = [
-        "| drawing | pen off its line, rms | Frechet distance | wanted | longest tail | lifts in touch | done |",
+        "| drawing | pen off its line, rms | Frechet distance | wanted | longest tail | lifts in touch "
+        "| done |",
         "|---|---|---|---|---|---|---|",
     ]
     for name, title in TITLES.items():
