@@ -8,7 +8,7 @@ import pytest
 
 import skylimb
 from skylimb.base.packing import Layout
-from skylimb.control.estimation.lateness import BANK, Lateness, lateness
+from skylimb.control.estimation.lateness import BANK, HEARD, WARM, Lateness, lateness
 from skylimb.control.estimation.records import BodyState
 from skylimb.control.late_gains import MOST
 
@@ -84,3 +84,13 @@ def test_what_the_stamps_say_too_is_believed_sooner() -> None:
 def test_stamps_alone_prove_nothing(said: float) -> None:
     assert set(found(0.0, 0.2, 0.3, said=said)) == {0.0}
     assert set(found(0.0, 0.0, said=said)) == {0.0}
+
+
+@pytest.mark.parametrize(("believed", "other", "goes"), [(0.0, 0.05, True), (0.05, 0.0, False)])
+def test_stamps_ease_the_way_to_more_latency_alone(believed: float, other: float, goes: bool) -> None:
+    """Slow rotors fit a latency that no stamp tells of; it is left on clear evidence alone."""
+    misfits = np.full(len(BANK), 1.0)
+    misfits[BANK.index(other)] = 0.85  # between the two thresholds
+    ready = Lateness(misfits=misfits, late=believed, time=WARM + HEARD)
+    state = STEP(STATE.pack(ready), np.zeros(3), np.zeros(3), other).full().ravel()
+    assert float(STATE.unpack(state).late) == (other if goes else believed)

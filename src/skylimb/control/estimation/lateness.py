@@ -28,8 +28,8 @@ FITS, PLAIN = 0.75, 0.015
 
 SAID, SAID_FITS, SAID_PLAIN = 0.0125, 0.9, 0.004
 """By how much what the stamps say may be off a latency of the bank, s, and what then takes the place of
-`FITS` and `PLAIN`: a clock that was set says the like of frames that are in time, so stamps alone prove
-nothing."""
+`FITS` and `PLAIN` on the way to more latency. Stamps alone prove nothing: a clock that was set says the like
+of frames that are in time."""
 
 WARM, HEARD = 0.5, 0.2
 """Time for which the mean is formed before anything counts, and then for which it counts before anything is
@@ -98,7 +98,8 @@ def lateness(
         better = where(misfits[index] < best, 1.0, 0.0) * near
         late, best = where(better > 0.5, each, late), where(better > 0.5, misfits[index], best)
         present = where(abs(state.late - each) < 1e-6, misfits[index], present)
-    agreed = within(said - late, -SAID, SAID) > 0.5
+    # Back to less, stamps ease nothing: rotors that are slow turn the robot late, and no stamp says so.
+    agreed = within(said - late, -SAID, SAID) * where(late > state.late, 1.0, 0.0) > 0.5
     fits, plain = where(agreed, SAID_FITS, FITS), where(agreed, SAID_PLAIN, PLAIN)
     clear = where(best < fits * present, 1.0, 0.0) * where(present - best > plain, 1.0, 0.0)
     clear = clear * within(time, WARM + HEARD, np.inf)
