@@ -141,7 +141,12 @@ class Gains:
     ] = 10.0
     leaving_swing: Annotated[
         tuple[float, float],
-        Key("", "least such shares while the press goes at the end of a stroke", low=0.0, high=1.0),
+        Key(
+            "",
+            "shares of the pen's motion that are counted at least while the press goes at a stroke's end",
+            low=0.0,
+            high=1.0,
+        ),
     ] = (0.0, 0.0)
     error_limit: Annotated[
         float,
