@@ -135,3 +135,14 @@ def test_no_region_is_told_where_there_is_none() -> None:
     ]
     assert sum(found) <= 4
     assert failure_region({"a": np.arange(10.0)}, np.zeros(10, dtype=bool)) is None
+
+
+def test_a_bound_that_a_tighter_one_follows_is_said_once() -> None:
+    friction = np.linspace(0.0, 1.0, 400)
+    failed = (friction > 0.5) | ((friction > 0.4) & (np.arange(400) % 5 > 0))  # all, and most
+    region = failure_region({"friction": friction}, failed)
+    assert region is not None
+    (condition,) = region.conditions
+    assert (condition.parameter, condition.sign) == ("friction", ">")
+    assert condition.value == pytest.approx(0.5, abs=0.01)
+    assert region.draws == int(condition.holds(friction).sum())

@@ -79,7 +79,8 @@ def failure_region(parameters: Mapping[str, np.ndarray], failed: np.ndarray) -> 
         if best is None or not _beyond_chance(failed[inside], best.holds(there[best.parameter])):
             break
         inside &= best.holds(parameters[best.parameter])
-        chosen.append(best)
+        # A bound that a tighter one follows says nothing more.
+        chosen = [one for one in chosen if (one.parameter, one.sign) != (best.parameter, best.sign)] + [best]
     if not chosen:
         return None
     outside = ~inside
