@@ -135,8 +135,8 @@ def answer(python: str, script: str, **options: Any) -> dict[str, Any]:
         if done.returncode == 0:
             return json.loads(done.stdout.splitlines()[-1])
     except subprocess.TimeoutExpired:
-        return {"problem": f"its flights took more than {FLY_SECONDS} s"}
-    return {"problem": f"its flight failed: {(done.stderr.strip() or 'no message').splitlines()[-1]}"}
+        return {"problem": f"it took more than {FLY_SECONDS} s"}
+    return {"problem": f"it failed: {(done.stderr.strip() or 'no message').splitlines()[-1]}"}
 
 
 def _flown(rival: Rival, python: str, repeats: int) -> dict[str, Any]:

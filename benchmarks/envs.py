@@ -27,8 +27,6 @@ from skylimb.envs import FlightVectorEnv
 from skylimb.flight.takeoff import prepare
 
 RATIO_WANTED = 0.6
-RIVALS = {"crazyflow": "crazyflow", "RotorPy": "rotorpy"}
-"""By name, the stem of its files in rivals/."""
 DRAWS = 4
 
 
@@ -48,9 +46,11 @@ def episode(env: FlightVectorEnv, rng: np.random.Generator) -> tuple[float, int]
 def rivals(count: int, repeats: int) -> Table:
     """What others' environments keep of the physics that stands behind them."""
     table = Table("", "physics steps/s alone", "of its environments", "share")
-    for name, stem in RIVALS.items():
-        python, problem = compare.environment(stem)
-        script = f"learn_{stem}.py"
+    for rival in compare.RIVALS:
+        name, script = rival.name, f"learn_{rival.stem}.py"
+        if not (compare.HERE / script).exists():
+            continue
+        python, problem = compare.environment(rival.stem)
         found = {} if problem else compare.answer(str(python), script, environments=count, repeats=repeats)
         if problem or "problem" in found:
             table.add_row(name, problem or found["problem"])
