@@ -156,7 +156,7 @@ def test_without_an_event_all_of_the_flight_counts() -> None:
 
 def test_a_flight_that_is_lost_before_its_fault_tells_nothing_of_it() -> None:
     lost = log([{**PUSH, "time": 6.5}], "FAILED")
-    assert {key for key, value in numbers(lost).items() if value is not None} == {"landed"}
+    assert {key for key, value in numbers(lost).items() if value is not None} == {"landed", "unnamed"}
 
 
 def test_what_the_supervisor_does_before_a_fault_is_a_false_alarm() -> None:
@@ -165,6 +165,32 @@ def test_what_the_supervisor_does_before_a_fault_is_a_false_alarm() -> None:
     assert (found["seen"], found["alarms"]) == (pytest.approx(0.25, abs=0.006), 1.0)
     quiet = numbers(log([], **{MODE: mode}))
     assert (quiet["seen"], quiet["alarms"]) == (None, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("status", "mode", "unnamed"),
+    [("FAILED", 1.0, 1.0), ("FAILED", 2.0, 0.0), ("FAILED", 4.0, 0.0), ("OK", 0.0, 0.0)],
+)
+def test_a_loss_has_a_name_once_the_supervisor_has_broken_the_flight_off(
+    status: str, mode: float, unnamed: float
+) -> None:
+    flight = log([PUSH], status, **{MODE: mode * step(2.5, [1.0])[:, 0]})
+    assert numbers(flight)["unnamed"] == unnamed
+    assert numbers(log([PUSH], status))["unnamed"] == float(status == "FAILED")
+
+
+def test_commands_that_are_no_numbers_or_beyond_the_rotors_are_counted() -> None:
+    low, high = [2.0, 2.0], [30.0, 30.0]
+    flight = log([PUSH]).assign_attrs(thrust_limits=json.dumps([low, high]))
+    thrusts = np.tile(np.array([2.0, 30.0], dtype=np.float32), (len(TIME), 1))
+    flight["thrusts_command"] = ("time", "rotor"), thrusts
+    flight["joint_angles_command"] = ("time", "joint"), np.zeros((len(TIME), 3))
+    assert numbers(flight)["invalid"] == 0.0
+    thrusts[[7, 8], [0, 1]] = 1.9, 30.1
+    thrusts[9, 0] = flight["joint_angles_command"].values[9, 1] = np.nan
+    flight["joint_angles_command"].values[11, 2] = np.inf
+    assert numbers(flight)["invalid"] == 4.0
+    assert numbers(log([PUSH]))["invalid"] is None
 
 
 @pytest.mark.parametrize(("signal", "plain"), BELIEVED.items())

@@ -105,6 +105,31 @@ def test_poses_that_do_not_differ_by_a_bit_are_none_whatever_their_stamps_say() 
     assert set(Hover().modes([True] * 4, frozen=True)) == {NORMAL}
 
 
+@pytest.mark.parametrize("axis", [1, 2, 3])
+def test_a_robot_that_is_seen_to_have_tipped_over_stops(axis: int) -> None:
+    """About its contact axis or across it; a heading may be any."""
+    hover, cut = Hover(), float(list(TABLE.modes).index("CUT"))
+    hover.modes(every(2))
+    lean, modes = 0.04 * np.arange(1, 30), []
+    for angle in lean:
+        q = np.array([np.cos(0.5 * angle), 0.0, 0.0, 0.0])
+        q[axis] = np.sin(0.5 * angle)
+        seen = hover.frame()._replace(quaternion=q, angular_velocity=np.eye(3)[axis - 1] * 0.04 / DT)
+        hover.halves.look(Told(), seen, hover.reference)
+        hover.halves.act(HOVER)
+        modes.append(hover.halves.mode)
+    assert modes == [NORMAL if axis == 3 or angle < Limits().upset_at else cut for angle in lean]
+
+
+def test_nobody_stops_for_a_lean_that_is_the_model_s() -> None:
+    hover = Hover()
+    hover.modes(every(2))
+    hover.modes([False] * 10)
+    place = hover.halves._made.watch.slices["prediction.motion.quaternion"]
+    hover.halves._state[place] = [np.cos(0.6), np.sin(0.6), 0.0, 0.0]
+    assert hover.modes([False]) == [COAST]
+
+
 @pytest.mark.parametrize("imu", [False, True])
 def test_who_flies_back_by_an_imu_is_not_turned_to_where_the_model_has_gone_astray(imu: bool) -> None:
     """A blind robot turned to where its model believed it to be, half a radian off, and was lost."""

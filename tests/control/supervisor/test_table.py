@@ -87,6 +87,7 @@ LASTING: dict[str, tuple[tuple[str, ...], ...]] = {
     "nothing new of an IMU": (("deaf",),),
     "a landing was ordered": (("land",),),
     "a stop was ordered": (("stop",),),
+    "it has tipped over": (("upset",),),
 }
 
 
@@ -99,7 +100,7 @@ def test_a_lasting_fault_ends_broken_off_from_wherever_it_finds_the_flight(fault
             for step in LASTING[fault]:
                 now = first_match(now, {*step, *beside})
             assert MODES[now] in BROKEN_OFF, (fault, beside)
-            if fault in ("no pose", "a stop was ordered"):
+            if fault in ("no pose", "a stop was ordered", "it has tipped over"):
                 assert MODES[now] == "CUT", (fault, beside)
 
 

@@ -10,6 +10,7 @@ supervisor landed was not lost.
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -49,6 +50,12 @@ MODE, GONE = "supervisor_mode", "surface_gone"
 BROKEN_OFF = 2
 """Number of the first mode in which a flight has no mission any more."""
 
+ROUNDING = 1e-5
+"""N, of a thrust in single precision."""
+
+COMMANDS = ("thrusts_command", "joint_angles_command", "vectoring_angles_command")
+"""Signals of what is commanded."""
+
 
 def _worse(meaning: str, unit: str) -> Score:
     return Score(meaning, unit, smaller_is_better=True, ranked=False)
@@ -75,6 +82,8 @@ def _worse(meaning: str, unit: str) -> Score:
             "s",
         ),
         "alarms": _worse("Times that the supervisor acted before a fault, or without one", ""),
+        "unnamed": _worse("Whether it was lost (1) and no supervisor had broken it off", ""),
+        "invalid": _worse("Ticks whose command is no number, or a thrust that no rotor gives", ""),
     },
 )
 def fault(run: Run) -> dict[str, float]:
@@ -88,14 +97,16 @@ def fault(run: Run) -> dict[str, float]:
     seen, alarms = _noticed(log, onset if happened else np.inf)
     landed = run.failed and _landed(log)
     lost = run.failed and not (time[-1] >= end or lasted >= OUTLIVED or landed)
+    known = {
+        "lasted": lasted,
+        "landed": landed,
+        "seen": seen,
+        "believed": _believed(log, onset),
+        "alarms": alarms,
+        "unnamed": float(run.failed and not _broken_off(log)),
+        "invalid": _invalid(log),
+    }
     if lost or (run.twin is not None and run.twin.failed):
-        known = {
-            "lasted": lasted,
-            "landed": landed,
-            "seen": seen,
-            "believed": _believed(log, onset),
-            "alarms": alarms,
-        }
         return {key: known.get(key, np.nan) for key in fault.keys}
     # What is there from take-off on is counted from the first sample.
     first = max(0, int(np.searchsorted(time, onset - 1e-9)) - 1)
@@ -109,8 +120,7 @@ def fault(run: Run) -> dict[str, float]:
     w, x, y, z = recorded(log, "root_quaternion")[after].T
     upright = np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)], axis=1)
     return {
-        "lasted": lasted,
-        "landed": landed,
+        **known,
         "tilt": float(np.arccos(np.clip(upright @ upright[0], -1.0, 1.0)).max()),
         "sink": float(-off[:, 2].min()),
         "sideways": float(np.linalg.norm(aside, axis=1).max()),
@@ -119,9 +129,6 @@ def fault(run: Run) -> dict[str, float]:
         "speed": float(np.linalg.norm(recorded(log, "cog_velocity")[after], axis=1).max()),
         "rush": float(np.gradient(axis.along(recorded(log, "tip_position")[after]), time[after]).max()),
         "gone": _first(log, GONE, onset),
-        "seen": seen,
-        "believed": _believed(log, onset),
-        "alarms": alarms,
     }
 
 
@@ -151,6 +158,24 @@ def _astray(log: xr.Dataset, after: slice) -> np.ndarray:
     course = _course(log, "tip_position", after)
     normal = np.array(surface["normal"])
     return off + np.outer((course - course[0]) @ normal / (normal @ axis), axis)
+
+
+def _broken_off(log: xr.Dataset) -> bool:
+    """Whether the supervisor had broken the flight off by its end."""
+    return MODE in log and float(log[MODE][-1]) >= BROKEN_OFF
+
+
+def _invalid(log: xr.Dataset) -> float:
+    """Ticks with a command that is no number, or a thrust that no rotor gives; NaN of a foreign log."""
+    if COMMANDS[0] not in log or "thrust_limits" not in log.attrs:
+        return np.nan
+    low, high = np.asarray(json.loads(log.attrs["thrust_limits"]), dtype=float)
+    thrusts = log[COMMANDS[0]].values
+    wrong = ((thrusts < low - ROUNDING) | (thrusts > high + ROUNDING)).any(axis=1)
+    for name in COMMANDS:
+        if name in log:
+            wrong |= ~np.isfinite(log[name].values).all(axis=1)
+    return float(wrong.sum())
 
 
 def _landed(log: xr.Dataset) -> bool:

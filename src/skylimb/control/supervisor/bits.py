@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import sin
 from typing import Any
 
 from skylimb.control.estimation.gates import over
@@ -11,7 +12,7 @@ from skylimb.control.supervisor.descents import Descents
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Watch
 from skylimb.control.supervisor.table import DESCEND
-from skylimb.symbolic import where, within
+from skylimb.symbolic import norm, where, within
 
 
 def bits_of(limits: Limits, descents: Descents, watch: Watch, belief: Belief) -> dict[str, Any]:
@@ -27,6 +28,9 @@ def bits_of(limits: Limits, descents: Descents, watch: Watch, belief: Belief) ->
     # By its IMU a robot finds back and down for a while.
     blind = clocks.unseen - belief.speaks * limits.imu_for
     unseen = over(clocks.unseen, limits.retreat_after) * watch.started
+    fresh = within(belief.stale, 0.0, 0.5) * watch.started
+    # Of the link that is measured: {C} turns with the vectoring angles, far where a rotor is lost.
+    lean = norm(belief.measurement.quaternion[1:3])  # sine of half its angle
     return {
         "stop": over(told.stop, 0.5),
         "land": where(belief.speaks * unseen + over(told.land, 0.5) > 0.5, 1.0, 0.0),
@@ -44,4 +48,6 @@ def bits_of(limits: Limits, descents: Descents, watch: Watch, belief: Belief) ->
         "silent": over(clocks.without, float(limits.overruns)),
         "late": where(over(told.late, 0.5) + over(clocks.without, 0.0) > 0.5, 1.0, 0.0),
         "spent": over(clocks.mode, limits.descend_for) * within(watch.mode, DESCEND, DESCEND),
+        # How far a pose leans that is the model's is nothing to stop rotors for.
+        "upset": over(lean, sin(0.5 * limits.upset_at)) * fresh,
     }

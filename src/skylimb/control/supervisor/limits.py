@@ -91,6 +91,16 @@ class Limits(Gates):
         ),
     ] = 0.3
     dead: Annotated[float, Key("", "the same, from which the reserve flies", low=0.0, high=1.0)] = 0.7
+    upset_at: Annotated[
+        float,
+        Key(
+            "rad",
+            "tilt of the measured link against the vertical beyond which the robot has tipped over, and the "
+            "rotors stop",
+            above=0.0,
+            high=3.14,
+        ),
+    ] = 0.9
     descend_for: Annotated[float, Key("s", "greatest length of a descent", above=0.0, high=600.0)] = 10.0
     floor: Annotated[
         float, Key("m", "height of the centre of gravity at which a retreat ends", low=-1e3, high=1e3)
