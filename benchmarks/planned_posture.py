@@ -1,39 +1,54 @@
-"""The planned posture against the paper's, the same experiment, draws of friction, slope and noise.
+"""The planned posture against the robot's own, the same experiment, draws of friction, slope and noise.
 
-    python benchmarks/planned_posture.py [--draws 100] [--controllers hybrid following]
+    python benchmarks/planned_posture.py [--draws 100] [--controllers hybrid following] [--robots dragon ...]
 
 Per draw the friction is between 0.2 and 0.6, the slope between 10 and 25 degrees as the paper's, and the
-seed of the noise another (`SEED` and the draw's number). The plan is made once a controller, for the
-experiment as it ships. Plans and scores are kept in out/planned_posture, so that an interrupted run goes on;
-remove it after a change of the planner. The table is written into docs/reports/feasibility.md.
+seed of the noise another (`SEED` and the draw's number). Two tables go into docs/reports/feasibility.md: of
+hydrus_xi_quad by its margin alone, for some controllers, and of every robot what `skylimb plan` proposes for
+`following`, which has to fly as well. Plans and scores are kept in out/planned_posture, so that an
+interrupted run goes on; remove it after a change of the planner.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from kept import fill  # beside this file
 from transformations import PAGE
 
 import skylimb
+from skylimb.base.errors import UnreachableError
 from skylimb.flight.drivers.native import fly_native
+from skylimb.flight.experiments.experiment import Experiment, load_experiment
 from skylimb.flight.simulated_run import scored_run
 from skylimb.flight.takeoff import take_off
-from skylimb.studies.planning.task_plan import EXPERIMENT, plan_posture, write_planned
+from skylimb.studies.planning.task_plan import EXPERIMENT, By, plan_posture, write_planned
 
 SEED = 7
 TOGETHER = 10
+QUAD = "hydrus_xi_quad"
+ROBOTS = (
+    QUAD,
+    "hydrus_xi_quad_mast",
+    "hydrus_quad",
+    "hydrus_xi_hex",
+    "dragon",
+    "tilted_hexarotor",
+    "tiltable_hexarotor",
+)
+POSTURES = ("own", "planned")
 KEPT = PAGE.parents[2] / "out" / "planned_posture"
 MEASURES = ("contact_force_normal_std", "pen_line_rms", "contact_fraction")
-BEGIN, END = "<!-- planned: written by benchmarks/planned_posture.py -->", "<!-- end of planned -->"
 HEAD = (
-    "| controller | posture | planned for: worst margin, N m | lost | contact kept "
+    "| robot | controller | posture | planned for: worst margin, N m | lost | contact kept "
     "| force spread, N: median, 90 % "
     "| pen line, mm: median, 90 % |",
-    "|---|---|---|---|---|---|---|",
+    "|---|---|---|---|---|---|---|---|",
 )
 
 
@@ -44,7 +59,7 @@ def drawn(draw: int) -> dict[str, Any]:
     return {"surface.friction": float(rng.uniform(0.2, 0.6)), "surface.slope": float(slope)}
 
 
-def flown(experiment: str, controller: str, draws: int, kept: Path) -> list[dict[str, Any]]:
+def flown(experiment: Experiment, controller: str, draws: int, kept: Path) -> list[dict[str, Any]]:
     """The scores of every draw, kept in a file after each few flights."""
     scores = json.loads(kept.read_text(encoding="utf-8")) if kept.exists() else []
     for first in range(len(scores), draws, TOGETHER):
@@ -59,49 +74,70 @@ def flown(experiment: str, controller: str, draws: int, kept: Path) -> list[dict
     return scores[:draws]
 
 
-def row(controller: str, posture: str, margin: float | None, scores: list[dict[str, Any]]) -> str:
-    """A line of the table."""
+def row(posture: str, margin: float | None, scores: list[dict[str, Any]]) -> str:
+    """A line of a table."""
     kept = [score for score in scores if not score["lost"]]
     spread, line, contact = (np.array([score[name] for score in kept]) for name in MEASURES)
     return (
-        f"| `{controller}` | {posture} | {'cannot hold it' if margin is None else f'{margin:.2f}'} "
+        f"| {posture} | {'cannot hold it' if margin is None else f'{margin:.2f}'} "
         f"| {len(scores) - len(kept)} of {len(scores)} | {100 * np.median(contact):.0f} % "
         f"| {np.median(spread):.2f}, {np.quantile(spread, 0.9):.2f} "
         f"| {1e3 * np.median(line):.1f}, {1e3 * np.quantile(line, 0.9):.1f} |"
     )
 
 
+def compared(name: str, controller: str, by: By, draws: int) -> Iterator[str]:
+    """Lines of a robot and a controller: its own posture and the planned one; below the table, why not."""
+    folder, own = KEPT / name / f"{controller}-{by}", f"| `{name}` | `{controller}`"
+    experiment = skylimb.load_experiment("paper", {"robot": name})
+    plan = proposed(experiment, name, controller, by, folder)
+    if isinstance(plan, str):
+        yield f"- {plan}."
+        return
+    for posture, margin in zip(POSTURES, plan, strict=True):
+        flies = experiment if posture == POSTURES[0] else load_experiment(folder / "planned" / EXPERIMENT)
+        scores = flown(flies, controller, draws, folder / f"{posture}.json")
+        yield f"{own} {row(posture, margin, scores)}"
+
+
+def proposed(
+    experiment: Experiment, name: str, controller: str, by: By, folder: Path
+) -> tuple[float | None, float] | str:
+    """Margins of the robot's own posture and the planned one, N m; of a robot that keeps its own, why."""
+    kept = folder / "plan.json"
+    if not kept.exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        robot = skylimb.load_robot(name)
+        try:
+            plan = plan_posture(experiment, robot, skylimb.load_controller(controller, robot), by=by)
+            write_planned(plan, folder / "planned")
+            found: Any = [plan.nominal.margin if plan.nominal else None, plan.planned.margin]
+        except UnreachableError as error:
+            found = str(error).partition("; by =")[0]
+        kept.write_text(json.dumps(found), encoding="utf-8")
+    found = json.loads(kept.read_text(encoding="utf-8"))
+    return found if isinstance(found, str) else (found[0], found[1])
+
+
 def main() -> None:
+    """Fly what is missing, and write both tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--draws", type=int, default=100)
-    parser.add_argument("--controllers", nargs="+", default=("hybrid", "following"))
+    parser.add_argument("--controllers", nargs="*", default=("hybrid", "following"), help="by margin")
+    parser.add_argument("--robots", nargs="*", default=ROBOTS, help="with `following`, by flight")
     given = parser.parse_args()
-    experiment, robot, lines = (
-        skylimb.load_experiment("paper"),
-        skylimb.load_robot("hydrus_xi_quad"),
-        list[str](HEAD),
-    )
-    for controller in given.controllers:
-        folder = KEPT / controller
-        plan = plan_posture(experiment, robot, skylimb.load_controller(controller, robot), by="margin")
-        if not (folder / "planned").exists():
-            folder.mkdir(parents=True, exist_ok=True)
-            write_planned(plan, folder / "planned")
-        planned = str(folder / "planned" / EXPERIMENT)
-        own = plan.nominal.margin if plan.nominal else None
-        for posture, margin, flies in (
-            ("the paper's", own, "paper"),
-            ("planned", plan.planned.margin, planned),
-        ):
-            scores = flown(
-                flies, controller, given.draws, folder / ("own.json" if flies == "paper" else "planned.json")
-            )
-            lines.append(row(controller, posture, margin, scores))
-            print(lines[-1], flush=True)
-    page = PAGE.read_text(encoding="utf-8")
-    before, _, rest = page.partition(BEGIN)
-    _, _, after = rest.partition(END)
-    PAGE.write_text(f"{before}{BEGIN}\n\n" + "\n".join(lines) + f"\n\n{END}{after}", encoding="utf-8")
+    cases: dict[str, list[tuple[str, str, By]]] = {
+        "planned": [(QUAD, controller, "margin") for controller in given.controllers],
+        "planned robots": [(robot, "following", "flight") for robot in given.robots],
+    }
+    for table, some in cases.items():
+        if some:
+            lines, reasons = list[str](HEAD), [""]
+            for case in some:
+                for line in compared(*case, given.draws):
+                    (lines if line.startswith("|") else reasons).append(line)
+                    print(line, flush=True)
+            fill(PAGE, table, "\n".join([*lines, *reasons]).rstrip())
 
 
 if __name__ == "__main__":
