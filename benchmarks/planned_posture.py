@@ -95,7 +95,9 @@ def compared(name: str, controller: str, by: By, draws: int) -> Iterator[str]:
         yield f"- {plan}."
         return
     for posture, margin in zip(POSTURES, plan, strict=True):
-        flies = experiment if posture == POSTURES[0] else load_experiment(folder / "planned" / EXPERIMENT)
+        flies = (
+            experiment if posture == POSTURES[0] else load_experiment(str(folder / "planned" / EXPERIMENT))
+        )
         scores = flown(flies, controller, draws, folder / f"{posture}.json")
         yield f"{own} {row(posture, margin, scores)}"
 
