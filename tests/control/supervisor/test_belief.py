@@ -86,7 +86,7 @@ def test_after_a_long_loss_the_next_one_is_seen_as_soon() -> None:
     assert hover.modes([True, *[False] * 5]) == [NORMAL] * 5 + [COAST]
 
 
-@pytest.mark.parametrize("away", [0.08, np.nan, 1.5])
+@pytest.mark.parametrize("away", [0.06, 0.08, np.nan, 1.5])
 def test_a_pose_that_is_not_believed_is_not_flown_by_from_its_first_tick_on(away: float) -> None:
     hover = Hover()
     hover.modes(every(2))

@@ -59,7 +59,7 @@ def pose_fault(gates: Any, seen: Measurement, predicted: Measurement, unseen: An
         gates: a `Gates`.
         seen: the measurement.
         predicted: what the model says that it should be.
-        unseen: time since a pose was believed, s.
+        unseen: time since a pose came, s: for so long may the prediction have gone astray.
         started: 1 once there is a prediction, else 0.
     """
     size, along = dot(seen.quaternion, seen.quaternion), dot(seen.quaternion, predicted.quaternion)

@@ -86,7 +86,8 @@ def believed(
     q, psi = parted(angles, robot.n_joints)
     # Pose: as measured where that is near to what the model says, or where a row of them agrees.
     predicted = shown(prediction, robot.at(q, psi), robot.n_joints, speeds)
-    fault = pose_fault(limits, measured, predicted, clocks.unseen, watch.started)
+    # The gate widens while no pose comes, not while a row of them jumps: that would believe it in the end.
+    fault = pose_fault(limits, measured, predicted, clocks.unseen - clocks.strange, watch.started)
     fault, strange = relocked(
         limits, fault, clocks.strange, measured, watch.before, predicted, clocks.unseen, dt
     )
