@@ -66,6 +66,14 @@ def test_rotors_that_the_supervisor_cuts_are_disarmed(hovering: Wire) -> None:
     assert "the supervisor has cut the rotors: the flight controller is disarmed" in hovering.said
 
 
+def test_a_robot_that_is_knocked_over_in_the_air_is_disarmed(hovering: Wire) -> None:
+    hovering.robot.plant._data.qvel[3] = 9.0
+    hovering.until(FlightState.STOP, 1.0)
+    hovering.until(FlightState.ARM_OFF, 0.2)
+    assert not hovering.armed
+    assert "the supervisor has cut the rotors: the flight controller is disarmed" in hovering.said
+
+
 @pytest.mark.parametrize("order", [HALT, FORCE])
 def test_whoever_believes_that_nothing_flies_stops_it_all_the_same(hovering: Wire, order: str) -> None:
     killed(hovering, 0.05)
