@@ -67,7 +67,7 @@ def flown(experiment: Experiment, controller: str, draws: int, kept: Path) -> li
         some = [take_off(experiment, (controller,), seed, drawn(seed))[0] for seed in seeds]
         for takeoff, flight in zip(some, fly_native(some), strict=True):
             run = scored_run(takeoff, flight)
-            measured = {name: float(run.metrics.get(name, np.nan)) for name in MEASURES}
+            measured = {name: run.metrics.get(name) for name in MEASURES}  # None of a lost one
             scores.append({**measured, "lost": run.failed})
         kept.with_suffix(".part").write_text(json.dumps(scores), encoding="utf-8")
         kept.with_suffix(".part").replace(kept)
@@ -77,13 +77,20 @@ def flown(experiment: Experiment, controller: str, draws: int, kept: Path) -> li
 def row(posture: str, margin: float | None, scores: list[dict[str, Any]]) -> str:
     """A line of a table."""
     kept = [score for score in scores if not score["lost"]]
+    if not kept:
+        return f"| {posture} | {_said(margin)} | {len(scores)} of {len(scores)} | - | - | - |"
     spread, line, contact = (np.array([score[name] for score in kept]) for name in MEASURES)
     return (
-        f"| {posture} | {'cannot hold it' if margin is None else f'{margin:.2f}'} "
+        f"| {posture} | {_said(margin)} "
         f"| {len(scores) - len(kept)} of {len(scores)} | {100 * np.median(contact):.0f} % "
         f"| {np.median(spread):.2f}, {np.quantile(spread, 0.9):.2f} "
         f"| {1e3 * np.median(line):.1f}, {1e3 * np.quantile(line, 0.9):.1f} |"
     )
+
+
+def _said(margin: float | None) -> str:
+    """A margin, N m, or that there is none."""
+    return "cannot hold it" if margin is None else f"{margin:.2f}"
 
 
 def compared(name: str, controller: str, by: By, draws: int) -> Iterator[str]:
