@@ -22,7 +22,7 @@ from kept import fill  # beside this file
 from transformations import PAGE
 
 import skylimb
-from skylimb.base.errors import UnreachableError
+from skylimb.base.errors import SkylimbError
 from skylimb.flight.drivers.native import fly_native
 from skylimb.flight.experiments.experiment import Experiment, load_experiment
 from skylimb.flight.simulated_run import scored_run
@@ -121,7 +121,7 @@ def proposed(
             plan = plan_posture(experiment, robot, skylimb.load_controller(controller, robot), by=by)
             write_planned(plan, folder / "planned")
             found: Any = [plan.nominal.margin if plan.nominal else None, plan.planned.margin]
-        except UnreachableError as error:
+        except SkylimbError as error:
             found = str(error).partition("; by =")[0]
         kept.write_text(json.dumps(found), encoding="utf-8")
     found = json.loads(kept.read_text(encoding="utf-8"))
