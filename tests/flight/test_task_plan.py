@@ -12,7 +12,7 @@ import trimesh
 
 import skylimb
 from skylimb.apps.cli import main
-from skylimb.base.errors import ConfigError, UnreachableError
+from skylimb.base.errors import ConfigError, DescriptionError, UnreachableError
 from skylimb.base.rotations import rot_z
 from skylimb.control.planning.posture import posture_family
 from skylimb.control.planning.task import judged_posture, travel
@@ -160,6 +160,17 @@ def test_a_flight_that_is_refused_counts_as_lost(robot):
         experiment, trajectory=dataclasses.replace(experiment.trajectory, force=(12.0, 12.0))
     )
     assert "12 N" in rehearse(hard, skylimb.load_controller("following", robot)).lost
+
+
+def test_a_posture_in_which_the_robot_is_not_flown_counts_as_lost(robot, plan, monkeypatch):
+    """The tool of dragon points down in some, and gives no heading there: the planner passed over none."""
+    task_plan = import_module("skylimb.studies.planning.task_plan")
+
+    def refused(*_):
+        raise DescriptionError("the tool points down")
+
+    monkeypatch.setattr(task_plan, "write_planned", refused)
+    assert task_plan._flown(plan, skylimb.load_controller("hybrid", robot)).lost == "the tool points down"
 
 
 def test_a_score_that_is_not_there_makes_no_posture_worse():

@@ -13,7 +13,7 @@ import numpy as np
 import tomli_w
 
 from skylimb.base.config import parse_toml, write_toml
-from skylimb.base.errors import ConfigError, UnreachableError
+from skylimb.base.errors import ConfigError, DescriptionError, UnreachableError
 from skylimb.base.files import new_folder
 from skylimb.base.rotations import rot_z
 from skylimb.base.sources import read_source
@@ -214,13 +214,17 @@ def _flown(plan: TaskPlan, controller: Controller) -> Rehearsal | None:
     """How the experiment is flown in the planned posture.
 
     A margin at rest does not say that a controller holds the robot there: thrusts that tilt it may push it
-    the other way first, faster than the controller looks on. A robot made in Python has no files to fly from,
-    and is taken as planned.
+    the other way first, faster than the controller looks on. A posture in which no robot is flown, as its
+    tool gives no heading, counts as lost. A robot made in Python has no files to fly from, and is taken as
+    planned.
     """
     if not plan.robot.description.sources:
         return None
     with tempfile.TemporaryDirectory() as folder:
-        write_planned(plan, Path(folder) / "planned")
+        try:
+            write_planned(plan, Path(folder) / "planned")
+        except DescriptionError as error:
+            return Rehearsal(str(error))
         return rehearse(load_experiment(str(Path(folder) / "planned" / EXPERIMENT)), controller)
 
 
