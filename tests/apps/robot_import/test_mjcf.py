@@ -145,9 +145,3 @@ def test_a_file_that_ends_early_is_refused(quad: Callable[..., Path], end: int) 
     path = quad((QUAD, QUAD[:end]))
     with pytest.raises(SkylimbError):
         check_robot_file(path)
-
-
-def test_sdf_is_refused_with_what_converts_it(tmp_path: Path) -> None:
-    (tmp_path / "quad.sdf").write_text('<sdf version="1.9"><model name="quad"/></sdf>')
-    with pytest.raises(DescriptionError, match=r"is SDF.*sdf2mjcf quad\.sdf quad\.xml"):
-        check_robot_file(tmp_path / "quad.sdf")

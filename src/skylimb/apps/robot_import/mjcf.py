@@ -16,7 +16,7 @@ import mujoco
 import numpy as np
 
 from skylimb.apps.robot_import.mapping import MappedRotor
-from skylimb.apps.robot_import.tree import origin, rpy_of_z
+from skylimb.apps.robot_import.tree import add_joint, origin, rpy_of_z
 from skylimb.base.config import from_mapping
 from skylimb.base.errors import DescriptionError
 from skylimb.base.rotations import rotation_from_quaternion
@@ -133,7 +133,8 @@ class _Written:
             if not last:
                 SubElement(self._robot, "link", {"name": onto})
             limited = bool(model.jnt_limited[j])
-            joint = self._joint(
+            joint = add_joint(
+                self._robot,
                 name,
                 kind if limited or kind == "prismatic" else "continuous",
                 at,
@@ -150,7 +151,7 @@ class _Written:
             SubElement(joint, "dynamics", {"damping": repr(damping), "friction": repr(friction)})
             at, xyz, R, anchor = onto, np.zeros(3), np.eye(3), here
         if at != child:
-            self._joint(f"{child}_fixed", "fixed", at, child, xyz - R @ anchor, R)
+            add_joint(self._robot, f"{child}_fixed", "fixed", at, child, xyz - R @ anchor, R)
 
     def _limit(self, j: int, limited: bool) -> Iterator[tuple[str, str]]:
         """Travel beside the angle at which the file shows the joint, and the torque of all that drives it.
@@ -192,7 +193,7 @@ class _Written:
         SubElement(self._robot, "link", {"name": name})
         body = self._bodies[model.site_bodyid[site]]
         place = model.site_pos[site], rotation_from_quaternion(model.site_quat[site])
-        self._joint(f"{name}_fixed", "fixed", body, name, *place)
+        add_joint(self._robot, f"{name}_fixed", "fixed", body, name, *place)
         drag = float(force @ torque) / size**2
         gain = size * float(model.actuator_gainprm[u, 0])
         least, most = (gain * float(end) for end in model.actuator_ctrlrange[control])
@@ -207,15 +208,6 @@ class _Written:
         if int(model.actuator_dyntype[u]) in _LAGS:
             said["lag"] = float(model.actuator_dynprm[u, 0])
         return from_mapping(MappedRotor, said, what)
-
-    def _joint(
-        self, name: str, kind: str, parent: str, child: str, xyz: np.ndarray, R: np.ndarray
-    ) -> Element:
-        joint = SubElement(self._robot, "joint", {"name": name, "type": kind})
-        SubElement(joint, "parent", {"link": parent})
-        SubElement(joint, "child", {"link": child})
-        joint.append(origin(xyz, R))
-        return joint
 
 
 def _shape(model: Any, geom: int) -> tuple[str, dict[str, str], np.ndarray]:

@@ -232,6 +232,17 @@ def origin(xyz: np.ndarray, R: np.ndarray) -> Element:
     return Element("origin", {"xyz": _text(xyz), "rpy": _text(_rpy(R))})
 
 
+def add_joint(
+    robot: Element, name: str, kind: str, parent: str, child: str, xyz: np.ndarray, R: np.ndarray
+) -> Element:
+    """A <joint> added to a <robot>, at a place (3,), m, with an orientation (3, 3) in its parent."""
+    joint = ElementTree.SubElement(robot, "joint", {"name": name, "type": kind})
+    ElementTree.SubElement(joint, "parent", {"link": parent})
+    ElementTree.SubElement(joint, "child", {"link": child})
+    joint.append(origin(xyz, R))
+    return joint
+
+
 def number(element: Element | None, key: str, default: float) -> float:
     """An attribute as a number, `default` where it is none."""
     try:

@@ -1,4 +1,4 @@
-"""The text of a URDF: from a .urdf, expanded .xacro or MJCF file, or the one file of a folder."""
+"""The text of a URDF: from a .urdf, expanded .xacro, MJCF or SDF file, or the one file of a folder."""
 
 from __future__ import annotations
 
@@ -11,12 +11,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from skylimb.apps.robot_import.mapping import MappedRotor
+from skylimb.apps.robot_import.sdf import read_sdf
 from skylimb.base.errors import DescriptionError, UnknownNameError
 from skylimb.base.sources import read_source
 from skylimb.base.xml_text import read_xml
 from skylimb.robots.packages import find_packages
 
 _SECONDS = 20.0
+_SDF = re.compile(rb"\s*(<\?xml[^>]*>\s*)?(<!--.*?-->\s*)*<sdf\b", re.DOTALL)
 
 
 @dataclass(frozen=True)
@@ -42,7 +44,7 @@ def read_urdf_text(
     """The URDF that a user named.
 
     Args:
-        path: a .urdf, .xacro or MJCF file, or a folder with one of them.
+        path: a .urdf, .xacro, MJCF or SDF file, or a folder with one of them.
         packages: a folder with the packages that `$(find NAME)` and `package://NAME` mean; those around the
             file are found anyway.
         arguments: values of the xacro's arguments, `<xacro:arg>`, by name.
@@ -57,15 +59,13 @@ def read_urdf_text(
         raise DescriptionError(f"--packages: '{packages}' is no folder")
     known = find_packages(*([Path(packages)] if packages is not None else []), source.path.parent)
     content = source.content
+    if _SDF.match(content) and not arguments:
+        content, models = read_sdf(source.path, [Path(packages)] if packages is not None else [])
+        return UrdfText(source.path, content, {**known, **models})
     try:
         kind = read_xml(content).tag
     except ValueError as error:
         raise DescriptionError(f"'{path}' is no XML of a robot: {error}") from None
-    if kind == "sdf":
-        raise DescriptionError(
-            f"'{path}' is SDF, which is not read; take the robot's URDF, or convert it: "
-            f"sdf2mjcf {path.name} {path.stem}.xml (package sdformat-mjcf)"
-        )
     if kind == "mujoco" and not arguments:
         from skylimb.apps.robot_import.mjcf import read_mjcf  # the engine is slow to import
 
@@ -81,11 +81,11 @@ def read_urdf_text(
 def _the_file(path: Path) -> Path:
     if not path.is_dir():
         return path
-    found = sorted([*path.rglob("*.urdf"), *path.rglob("*.urdf.xacro")])
+    found = sorted([*path.rglob("*.urdf"), *path.rglob("*.urdf.xacro")]) or sorted(path.rglob("*.sdf"))
     if len(found) == 1:
         return found[0]
     if not found:
-        raise DescriptionError(f"the folder '{path}' has neither a .urdf nor a .urdf.xacro file")
+        raise DescriptionError(f"the folder '{path}' has no .urdf, .urdf.xacro or .sdf file")
     names = ", ".join(str(file.relative_to(path)) for file in found[:8])
     more = f" and {len(found) - 8} more" if len(found) > 8 else ""
     raise DescriptionError(f"the folder '{path}' has {len(found)} descriptions; name one: {names}{more}")
