@@ -5,11 +5,11 @@
 In turn a URDF, an MJCF and an SDF are spoilt. The URDFs are those of the robots that ship and load without
 their flight file, some in the laboratory's style, and multirotors with an arm, a stick and arms that turn;
 the MJCFs are scenes of all robots that ship, and of one with an arm, as the engine writes them down; the SDF
-is a quadrotor with a motor plugin. A mutation cuts the file off, puts something odd in the place of a number
-or a name, or takes out, doubles or swaps a tag; one to three a file. Files are
-checked, and their report is written, in processes of their own, so that a crash of the engine is seen as
-one, and a file that takes a minute of processor time as well. What is slow, raises anything but a
-skylimb error, says more than a line or leaves a file is listed, and the exit code is 1.
+is a quadrotor with motor plugins and an arm. A mutation cuts the file off, puts something odd in the place of
+a number or a name, or takes out, doubles or swaps a tag; one to three a file. Files are checked, and their
+report is written, in processes of their own, so that a crash of the engine is seen as one, and a file that
+takes a minute of processor time as well. What is slow, raises anything but a skylimb error, says more than a
+line or leaves a file is listed, and the exit code is 1.
 `--first` leaves the files before it out, so that ten thousand can be checked in parts;
 `--keep FOLDER` keeps what is at fault.
 """
@@ -34,6 +34,7 @@ import numpy as np
 
 from armed_robots import multirotor_with_arm
 from lab_style import lab_urdf
+from sdf_quad import whole_sdf
 from skylimb.apps.robot_import.checking import check_robot_file
 from skylimb.apps.robot_import.report import report_text
 from skylimb.base.errors import SkylimbError
@@ -49,15 +50,6 @@ VALUE = re.compile(r'(?<=")[^"<>]*(?=")|(?<=>)[^<>\n]+(?=<)')
 TAG = re.compile(r"<[^>]+>")
 KINDS = ("urdf", "mjcf", "sdf")
 ENDINGS = {"urdf": "urdf", "mjcf": "xml", "sdf": "sdf"}
-SDF_LINK = (
-    '<link name="{0}"><pose>{1}</pose><inertial><mass>{2}</mass><inertia><ixx>1e-3</ixx><iyy>1e-3</iyy>'
-    "<izz>2e-3</izz></inertia></inertial></link>\n"
-)
-SDF_ROTOR = (
-    '<joint name="spin{0}" type="revolute"><parent>base</parent><child>rotor{0}</child><axis><xyz>0 0 1</xyz>'
-    '</axis></joint>\n<plugin name="motor{0}" filename="gz-sim-multicopter-motor-model-system">'
-    "<linkName>rotor{0}</linkName><motorConstant>8.5e-06</motorConstant></plugin>\n"
-)
 
 
 def whole(folder: Path) -> dict[str, list[str]]:
@@ -79,14 +71,10 @@ def whole(folder: Path) -> dict[str, list[str]]:
         spec = scene_spec(description, Board(), 1e-3, 5)[0]
         spec.compile()
         scenes.append(spec.to_xml())
-    quad = SDF_LINK.format("base", "0 0 0 0 0 0", 1.2)
-    for k in range(4):
-        quad += SDF_LINK.format(f"rotor{k}", f"{0.2 - 0.4 * (k // 2)} {0.2 - 0.4 * (k % 2)} 0 0 0 0", 0.02)
-        quad += SDF_ROTOR.format(k)
     return {
         "urdf": urdfs,
         "mjcf": scenes,
-        "sdf": [f'<sdf version="1.9"><model name="quad">\n{quad}</model></sdf>'],
+        "sdf": [whole_sdf()],
     }
 
 

@@ -24,8 +24,8 @@ def _link(name: str, pose: str, mass: float, shape: str, **more: object) -> str:
     return LINK.format(name=name, pose=pose, mass=mass, shape=shape, **said)
 
 
-def _frame_model() -> str:
-    """The body: its base stands off the model's origin, and is turned."""
+def _body() -> str:
+    """What is in the model of the body: its base stands off the model's origin, and is turned."""
     box = "<box><size>0.2 0.1 0.06</size></box>"
     disc = "<cylinder><radius>0.12</radius><length>0.01</length></cylinder>"
     parts = ["<pose>0 0 0.4 0 0 0</pose>", _link("base", "0.1 0 0.24 0 0 0.3", 1.2, box)]
@@ -36,19 +36,18 @@ def _frame_model() -> str:
         spin = {"name": f"spin_{name}", "kind": "revolute", "parent": "base", "child": name, "pose": ""}
         parts.append(JOINT.format(**spin, seen="", axis="0 0 1", **ends))
         parts.append(PLUGIN.format(name=name, k=k, way="ccw" if k < 2 else "cw"))
-    return f'<?xml version="1.0"?>\n<sdf version="1.9"><model name="body">{"".join(parts)}</model></sdf>'
+    return "".join(parts)
 
 
-def write_sdf(folder: Path) -> Path:
-    """`folder/armed/model.sdf`, which includes the body beside it, turned over its yaw.
+def _arm() -> str:
+    """What is in the model of the arm, beside the body that it includes.
 
-    Its first joint stands off its child's frame, the second's axis is said in the model's; a capsule, an
-    ellipsoid and degrees come along, and a frame at the end of the arm.
+    Its first joint stands off its child's frame, the second's axis is said in the model's; a capsule and an
+    ellipsoid come along, and a frame at the end.
     """
     capsule = "<capsule><radius>0.0625</radius><length>0.25</length></capsule>"
     ball = "<ellipsoid><radii>0.02 0.02 0.1</radii></ellipsoid>"
     arm = [
-        '<include merge="true"><uri>model://body</uri><pose degrees="true">0 0 1 0 0 20</pose></include>',
         '<frame name="mount" attached_to="base"><pose>0.1 0 0 0 0 0</pose></frame>',
         _link("upper", "0.15 0 0 0 0.2 0", 0.1, capsule, seen=' relative_to="mount"'),
         _link("lower", "0.3 0 0 0 0 0", 0.1, ball, seen=' relative_to="elbow_pitch"'),
@@ -60,13 +59,26 @@ def write_sdf(folder: Path) -> Path:
     at = '<pose relative_to="upper">0.3 0 0 0 -0.2 0</pose>'
     arm.append(JOINT.format(**seen, **elbow, seen=' expressed_in="__model__"', pose=at))
     arm.append('<frame name="tool0" attached_to="lower"><pose>0.3 0 0 0 0 0</pose></frame>')
-    texts = {
-        "armed": f'<sdf version="1.9"><model name="armed">{"".join(arm)}</model></sdf>',
-        "body": _frame_model(),
-    }
-    for name, text in texts.items():
+    return "".join(arm)
+
+
+def _model(name: str, content: str) -> str:
+    return f'<?xml version="1.0"?>\n<sdf version="1.9"><model name="{name}">{content}</model></sdf>'
+
+
+def whole_sdf() -> str:
+    """Body and arm in one model."""
+    return _model("whole", _body() + _arm())
+
+
+def write_sdf(folder: Path) -> Path:
+    """`folder/armed/model.sdf`, which includes the body beside it, turned over its yaw."""
+    include = (
+        '<include merge="true"><uri>model://body</uri><pose degrees="true">0 0 1 0 0 20</pose></include>'
+    )
+    for name, content in (("armed", include + _arm()), ("body", _body())):
         (folder / name).mkdir()
-        (folder / name / "model.sdf").write_text(text, encoding="utf-8")
+        (folder / name / "model.sdf").write_text(_model(name, content), encoding="utf-8")
         config = f"<model><name>{name}</name><version>1</version><sdf version='1.9'>model.sdf</sdf></model>"
         (folder / name / "model.config").write_text(config, encoding="utf-8")
     return folder / "armed" / "model.sdf"

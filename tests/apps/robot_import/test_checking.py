@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from armed_robots import multirotor_with_arm
 from skylimb.apps.robot_import.checking import check_robot_file
 from skylimb.apps.robot_import.repairs import nearest_inertia
 from skylimb.apps.robot_import.report import report_text, verdict
@@ -48,6 +49,18 @@ def test_a_tip_that_hangs_below_touches_no_wall_and_the_verdict_says_so(lab_file
     assert report.can_touch
     assert "can hover and can touch, but no wall ahead: 'rotor2'" in report_text(report).splitlines()[-1]
     assert report_text(report).endswith("m before the tip along (1.00, 0.00, 0.00)")
+
+
+@pytest.mark.parametrize(
+    ("robot", "said"), [({"mass": 40.0}, "but its rotors lift at most"), ({"rotors": 3}, "has 3 rotors")]
+)
+def test_no_posture_is_sought_for_a_robot_that_none_helps(tmp_path, monkeypatch, robot, said):
+    """Where rotors turn on the links it takes half a minute to say that none hovers."""
+    sought = []
+    monkeypatch.setattr("skylimb.apps.robot_import.checking.choose_posture", sought.append)
+    report = check_robot_file(multirotor_with_arm(tmp_path / "arm.urdf", **robot))
+    assert said in str(report.reasons)
+    assert sought == []
 
 
 def test_mass_in_is_mass_out_and_pinocchios(lab_file):

@@ -12,7 +12,7 @@ from made_robots import link
 from skylimb.apps.cli import main
 from skylimb.apps.robot_import.checking import check_robot_file
 from skylimb.apps.robot_import.writing import import_robot
-from skylimb.base.errors import DescriptionError
+from skylimb.base.errors import ConfigError, DescriptionError
 from skylimb.control.planning.posture import posture_family
 from skylimb.robots import load_robot
 from skylimb.robots.model import Robot
@@ -54,6 +54,12 @@ def test_motor_plugins_say_all_of_the_rotors(tmp_path: Path) -> None:
         assert abs(rotor.drag_torque_coefficient) == 0.016
     said = {doubt.what for doubt in report.doubts}
     assert not said & {"drag torque per thrust", "greatest thrust", "lag of the rotors", "spin of the rotors"}
+
+
+def test_a_motor_faster_than_numbers_reach_is_refused_in_a_line(tmp_path: Path) -> None:
+    (tmp_path / "quad.urdf").write_text(gazebo_quad().replace(">838<", ">1e300<"))
+    with pytest.raises(ConfigError, match="the motor plugin of link 'a': thrust_max = inf N"):
+        check_robot_file(tmp_path / "quad.urdf")
 
 
 @pytest.mark.parametrize("moment", ["nan", "-1", "1e9", "", "many"])

@@ -171,7 +171,7 @@ def test_a_xacro_without_end_is_refused(package):
 
 
 def test_a_folder_with_several_descriptions_names_them(package):
-    with pytest.raises(DescriptionError, match=r"neither a \.urdf nor"):
+    with pytest.raises(DescriptionError, match=r"has no \.urdf, \.urdf\.xacro or \.sdf file"):
         check_robot_file(package / "config")
     (package / "urdf" / "other.urdf").write_text("<robot/>")
     with pytest.raises(DescriptionError, match="has 2 descriptions; name one: robots/small/"):

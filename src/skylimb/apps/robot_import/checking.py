@@ -154,7 +154,11 @@ def _with_posture(
     description: RobotDescription, flight: FlightFile, doubts: list[Doubt]
 ) -> tuple[RobotDescription, FlightFile]:
     try:
-        family = choose_posture(Robot(description))
+        check_description(description)
+        robot = Robot(description)
+        if robot.n_rotors < 4:  # no law flies it, however it stands
+            return description, flight
+        family = choose_posture(robot)
     except SkylimbError:
         return description, flight  # the checks say what is wrong with it
     nominal = np.round(family.offset + family.slope * family.theta_nominal, 3).tolist()

@@ -30,7 +30,7 @@ def plugin_rotors(tree: UrdfTree) -> tuple[MappedRotor, ...]:
         lags = [_number(plugin, f"timeConstant{way}") for way in ("Up", "Down")]
         said = {
             "drag_torque_coefficient": _number(plugin, "momentConstant"),
-            "thrust_max": None if fastest is None else float(f"{factor * fastest**2:.6g}"),
+            "thrust_max": None if fastest is None else float(f"{factor * fastest * fastest:.6g}"),
             "lag": max((lag for lag in lags if lag is not None), default=None),  # the slower of both
             "thrust_factor": factor,
         }

@@ -31,6 +31,8 @@ _LAST = (np.array([0.0, 0.5]), np.array([2.0, -1.0]), 0.6)
 _AHEAD = np.array([1.0, 0.0, 0.0])
 _LITTLE = 0.05
 """Room of the thrusts from which on a posture whose tip is ahead goes before one that hovers better."""
+_HOPELESS, _MISSES = 0.2, 3
+"""By how much of every limit so many postures in a row miss a hover before no other is tried."""
 
 
 def choose_posture(robot: Robot) -> PostureFamily:
@@ -46,6 +48,7 @@ def choose_posture(robot: Robot) -> PostureFamily:
             return standing_in(robot, np.round(arm, 3), robot.description.vectoring_start).description.posture
     zero = np.zeros(robot.n_joints)
     best, most = PostureFamily(zero, np.ones(robot.n_joints), -0.01, 0.01, 0.0), (False, -math.inf)
+    missed = 0
     lower, upper = robot.joint_limits()
     for offset, slope, nominal in _families(robot):
         angles = offset + slope * nominal
@@ -56,6 +59,9 @@ def choose_posture(robot: Robot) -> PostureFamily:
         if family is None:
             continue
         hover = find_hover(robot, angles)
+        missed = 0 if hover or hover.excess < _HOPELESS else missed + 1
+        if missed == _MISSES:
+            break
         left = hover.room if hover else -1.0
         ahead = bool(hover and left > _LITTLE and can_touch(robot, angles, hover.vectoring_angles, _AHEAD))
         if (ahead, left) > most:
