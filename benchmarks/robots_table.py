@@ -1,11 +1,12 @@
 """Robots from their files: check, hover, touch and a line on a surface, and whether check and flight agree.
 
-    python benchmarks/robots_table.py [--lab FOLDER] [--only WORD ...] [--write]
+    python benchmarks/robots_table.py [--lab FOLDER] [--px4 FOLDER] [--only WORD ...] [--write]
 
-Flown are the robots that ship, those of `robots_made.py`, and with `--lab` every robot of the laboratory in
-a folder of URDFs and packages. Each draws where its check says that its tip is foremost: on a wall, a floor
-or a ceiling. What was flown is kept in docs/robots.json, so that `--only` flies some anew; `--write` writes
-the table of docs/reports/robots.md. Times are of processor, s.
+Flown are the robots that ship, those of `robots_made.py`, with `--lab` every robot of the laboratory in
+a folder of URDFs and packages, and with `--px4` the multirotors among PX4's Gazebo models, which are SDF, in
+the folder `models` of their repository. Each draws where its check says that its tip is foremost: on a wall,
+a floor or a ceiling. What was flown is kept in docs/robots.json, so that `--only` flies some anew; `--write`
+writes the table of docs/reports/robots.md. Times are of processor, s.
 """
 
 from __future__ import annotations
@@ -72,7 +73,10 @@ def timed(work: Callable[[], object]) -> tuple[Any, float]:
     return found, round(time.process_time() - begin, 1)
 
 
-def entries(lab: Path | None, folder: Path) -> Iterator[Entry]:
+PX4 = ("x500", "x500_depth", "x500_gimbal", "px4vision", "omnicopter", "omniquad", "tiltrotor")
+
+
+def entries(lab: Path | None, px4: Path | None, folder: Path) -> Iterator[Entry]:
     """All robots of the table."""
     for name in skylimb.list_robots():
         yield Entry("ships", name, Path(name))
@@ -83,6 +87,8 @@ def entries(lab: Path | None, folder: Path) -> Iterator[Entry]:
             yield Entry("lab", f"{path.parents[3].name}, {path.parent.name}", path)
         elif path.parent.name == "quad":
             yield Entry("lab", f"{path.parents[2].name}, {path.name.removesuffix('.urdf.xacro')}", path)
+    for name in PX4 if px4 else ():
+        yield Entry("px4", name, px4 / name / "model.sdf")
     for group, made in (("kinds", KINDS), ("arms", ARMED)):
         for k, (name, (given, mapping)) in enumerate(made.items()):
             yield Entry(group, name, multirotor_with_arm(folder / f"{group}{k}.urdf", **given), mapping)
@@ -196,12 +202,13 @@ def main() -> None:
     """Fly, keep, and print or write the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--lab", type=Path)
+    parser.add_argument("--px4", type=Path)
     parser.add_argument("--only", nargs="*", default=[])
     parser.add_argument("--write", action="store_true")
     given = parser.parse_args()
     warnings.simplefilter("ignore")
     with tempfile.TemporaryDirectory() as place:
-        for k, entry in enumerate(entries(given.lab, Path(place))):
+        for k, entry in enumerate(entries(given.lab, given.px4, Path(place))):
             key = f"{entry.group}: {entry.name}"
             if given.only and not any(word in key for word in given.only):
                 continue
@@ -211,7 +218,7 @@ def main() -> None:
             print(line(row), "" if agree(row) else "DISAGREE", flush=True)
             KEPT.write_text(json.dumps({**kept(), key: row}, indent=1) + "\n", encoding="utf-8")
     if given.write:
-        order = ("ships", "lab", "kinds", "arms")
+        order = ("ships", "lab", "px4", "kinds", "arms")
         rows = sorted(kept().values(), key=lambda row: order.index(row["group"]))
         page = PAGE.read_text(encoding="utf-8")
         before, _, rest = page.partition(BEGIN)

@@ -18,14 +18,11 @@ from skylimb.control.needs import needs_of
 from skylimb.control.planning.vectoring import nominal_posture
 from skylimb.flight.experiments.experiment import Experiment
 from skylimb.robots.model import Robot
-from skylimb.robots.reaction import reaction_zeros, slowest_unstable_zero
+from skylimb.robots.reaction import DOUBTFUL_ZERO, reaction_zeros, slowest_unstable_zero
 from skylimb.simulation.plant_config import turning
 
-DOUBTFUL_ZERO = 5.0
-"""Times the attitude's bandwidth: with a faster zero of the rotors' reaction nothing is lost."""
-
 REFUSED_ZERO = 1.5
-"""Times the same: with a slower zero flights lose attitude, or contact again and again."""
+"""Times the attitude's bandwidth: with a slower zero flights lose attitude, or contact again and again."""
 
 
 def require_slow_enough(experiment: Experiment, robot: Robot, controller: Controller) -> None:
@@ -48,7 +45,8 @@ def require_slow_enough(experiment: Experiment, robot: Robot, controller: Contro
     words = (
         f"{robot.name}'s rotors work against their own change of speed: lift and torque have a zero at "
         f"+{zero:.3g} rad/s, for which {controller.name}'s attitude, {bandwidth:.3g} rad/s fast, is "
-        f"{'too fast' if refused else 'doubtful'}; {zero / DOUBTFUL_ZERO:.2g} rad/s would be safe"
+        f"{'too fast' if refused else 'doubtful'}; {zero / DOUBTFUL_ZERO:.2g} rad/s would be safe "
+        f"(attitude.normalized_stiffness of at most {(zero / DOUBTFUL_ZERO) ** 2:.2g})"
     )
     if not refused or experiment.approach.doubtful == "fly":
         warnings.warn(words, UserWarning, stacklevel=2)

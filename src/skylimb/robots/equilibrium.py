@@ -126,10 +126,10 @@ def greatest_push(
 
 def hovers(
     robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray, within: Within
-) -> Iterator[Held]:
+) -> Iterator[Held | NotHeld]:
     """What the searches of `can_hold` without a push lead to, one after another."""
     question = _Question(robot, joint_angles, vectoring_angles, np.array([0.0, 0.0, 1.0]), within)
-    return (found for found, _ in question.rests(0.0, 0.0) if found)
+    return (found for found, _ in question.rests(0.0, 0.0))
 
 
 class _Question:

@@ -30,10 +30,13 @@ def find_hover(robot: Robot, joint_angles: np.ndarray) -> Held | NotHeld:
 
 
 def any_hover(robot: Robot, joint_angles: np.ndarray) -> Held | NotHeld:
-    """The first hover that a search meets, tilted or not."""
-    start, within = robot.description.vectoring_start, Within(TILTED, math.inf)
-    first = next(hovers(robot, joint_angles, start, within), None)
-    return first or can_hold(robot, joint_angles, start, None, within)
+    """The first hover that a search meets, tilted or not; else what is nearest to one."""
+    missed: list[NotHeld] = []
+    for found in hovers(robot, joint_angles, robot.description.vectoring_start, Within(TILTED, math.inf)):
+        if isinstance(found, Held):
+            return found
+        missed.append(found)
+    return min(missed, key=lambda one: one.excess)
 
 
 def find_hovers(robot: Robot, joint_angles: np.ndarray, *, stiff: bool = False) -> list[Held]:
@@ -43,7 +46,11 @@ def find_hovers(robot: Robot, joint_angles: np.ndarray, *, stiff: bool = False) 
     """
     start = robot.description.vectoring_start
     both = (Within(tilt, math.inf, stiff=stiff) for tilt in (LEVEL, TILTED))
-    return next(filter(None, (list(hovers(robot, joint_angles, start, within)) for within in both)), [])
+    for within in both:
+        found = [one for one in hovers(robot, joint_angles, start, within) if isinstance(one, Held)]
+        if found:
+            return found
+    return []
 
 
 def cannot_hover(robot: Robot, joint_angles: np.ndarray, found: NotHeld) -> str:

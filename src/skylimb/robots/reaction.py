@@ -7,8 +7,8 @@ Omega) of speed, so that lift and torque of thrusts T(s) are
 
 with the allocation matrix Q and z_i the rotor's axis. Where a tilted rotor's thrust turns the robot against
 its own reaction, det(Q + s G) has a zero in the right half plane: whatever the controller, the torque first
-goes the wrong way, and no loop across it can be much faster than half the zero. No filter removes it; other
-vectoring angles, spins or postures do.
+goes the wrong way, and no loop across it can be faster than half the zero; flights want a fifth. No filter
+removes it; other vectoring angles, spins or postures do.
 """
 
 from __future__ import annotations
@@ -18,6 +18,9 @@ import math
 import numpy as np
 
 from skylimb.robots.model import Robot
+
+DOUBTFUL_ZERO = 5.0
+"""Times the attitude's bandwidth: a faster zero costs nothing; with one of 3.6 times a robot has fallen."""
 
 
 def reaction_zeros(

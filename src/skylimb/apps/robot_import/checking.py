@@ -129,16 +129,21 @@ def check_robot_file(
         tree.root.append(drag)
     flight, assumed = propose(tree, roles, axles, said, tables)
     tree.keep_robot_only()
-    meshes, lost = settle_meshes(tree, text.path.parent, text.packages, convert=convert)
+    written = UrdfTree(tree.text(), text.path.name)
+    copies, lacking = (
+        settle_meshes(written, text.path.parent, text.packages, convert=True) if convert else ({}, [])
+    )
+    # What is checked names the meshes where they lie.
+    _, lost = settle_meshes(tree, text.path.parent, text.packages, convert=False)
     urdf = Source(text.path, tree.text())
     flight_source = Source(text.path.with_name(FLIGHT_FILE), b"")
     links = read_urdf(urdf)
     description = describe(flight, flight_source, urdf, links)
-    doubts += [*assumed, *lost]
+    doubts += [*assumed, *(lacking if convert else lost)]
     if flight.posture is not None and said.posture is None:
         description, flight = _with_posture(description, flight, doubts)
     report = _report(text.path, description, mass_in, doubts)
-    return replace(report, flight=flight, urdf=urdf.content, meshes=meshes)
+    return replace(report, flight=flight, urdf=written.text(), meshes=copies)
 
 
 def _is_ours(path: str | Path) -> bool:

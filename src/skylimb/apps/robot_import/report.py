@@ -10,6 +10,7 @@ from skylimb.control.supervisor.limits import Limits
 from skylimb.robots.description import RobotDescription, Rotor, Tip
 from skylimb.robots.links import Joint
 from skylimb.robots.model import Robot
+from skylimb.robots.reaction import DOUBTFUL_ZERO
 
 if TYPE_CHECKING:
     from skylimb.apps.robot_import.checking import RobotReport
@@ -149,7 +150,7 @@ def _reaction(zero: float | None) -> str:
         return "rotors that change their speed do not work against lift and torque at these angles"
     return (
         f"rotors that change their speed work against lift and torque: zero at +{zero:.3g} rad/s, so an "
-        f"attitude loop up to about {0.5 * zero:.2g} rad/s"
+        f"attitude loop up to about {zero / DOUBTFUL_ZERO:.2g} rad/s"
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import tomli_w
@@ -16,7 +17,7 @@ from skylimb.base.files import new_folder, require_new
 from skylimb.base.sources import read_source
 from skylimb.robots.flight_file import FlightFile
 from skylimb.robots.links_file import links_text
-from skylimb.robots.loader import FLIGHT_FILE
+from skylimb.robots.loader import FLIGHT_FILE, read_description
 from skylimb.robots.urdf import read_urdf
 
 CHECK, PICTURE, MAPPING = "check.txt", "robot.png", "mapping.toml"
@@ -62,7 +63,8 @@ def import_robot(
         urdf = read_source(folder / URDF_NAME)
         links = links_text(urdf, None, read_urdf(urdf), urdf.path.parent)
         (folder / URDF_NAME).with_suffix(".links.json").write_text(links, encoding="utf-8")
-        draw_robot(report, folder / PICTURE)
+        # Meshes that were turned into another kind are drawn as well.
+        draw_robot(replace(report, description=read_description(folder)), folder / PICTURE)
     return report
 
 

@@ -128,7 +128,8 @@ def protecting_posture(robot: Robot, purpose: str, lost: int) -> np.ndarray | No
     rest, widest = _others(robot, lost), Within(LEANS[-1], np.inf)
 
     def holds(q: np.ndarray) -> bool:
-        return any(found.room >= ROOM for found in hovers(rest, q, psi, widest))
+        found = hovers(rest, q, psi, widest)
+        return any(isinstance(one, Held) and one.room >= ROOM for one in found)
 
     far = next((q for q in tried if holds(q)), None)
     near = nominal
