@@ -120,27 +120,13 @@ class _Written:
             return
         direction = axis.find("xyz")
         turned = np.array(_numbers(None if direction is None else direction.text, 3) or (0.0, 0.0, 1.0))
-        early = (axis.findtext("use_parent_model_frame") or "").strip() in ("1", "true")
-        seen_from = WHOLE if early or direction is None else direction.get("expressed_in")
+        seen_from = None if direction is None else direction.get("expressed_in")
+        if (axis.findtext("use_parent_model_frame") or "").strip() in ("1", "true"):  # until SDF 1.6
+            seen_from = WHOLE
         if seen_from:
             turned = at[:3, :3].T @ self._place(seen_from)[:3, :3] @ turned
         SubElement(written, "axis", {"xyz": " ".join(repr(float(value)) for value in turned)})
-        limit, dynamics, mimic = axis.find("limit"), axis.find("dynamics"), axis.find("mimic")
-        ends = {"lower": _number(limit, "lower", -np.inf), "upper": _number(limit, "upper", np.inf)}
-        if all(abs(end) > _ENDLESS for end in ends.values()):
-            if kind == "revolute":
-                written.set("type", "continuous")
-            ends = {}
-        most = {key: _number(limit, key, -1.0) for key in ("effort", "velocity")}
-        said = {**ends, **{key: value for key, value in most.items() if value > 0.0 and isfinite(value)}}
-        SubElement(written, "limit", {key: repr(value) for key, value in said.items()})
-        lost = {key: repr(_number(dynamics, key, 0.0)) for key in ("damping", "friction")}
-        SubElement(written, "dynamics", lost)
-        if mimic is not None:
-            times = _number(mimic, "multiplier", 1.0)
-            offset = _number(mimic, "offset", 0.0) - times * _number(mimic, "reference", 0.0)
-            other = {"joint": mimic.get("joint", ""), "multiplier": repr(times), "offset": repr(offset)}
-            SubElement(written, "mimic", other)
+        _move(written, axis)
 
     def _place(self, name: str, above: tuple[str, ...] = ()) -> np.ndarray:
         """Pose (4, 4) of a link, joint or frame in the model's frame."""
@@ -173,6 +159,26 @@ class _Written:
             raise ValueError(f"a joint or a frame is on '{name}', which is not there or on itself")
         on = _text(part, "child") if part.tag == "joint" else part.get("attached_to") or WHOLE
         return self._holder(on, (name, *above))
+
+
+def _move(joint: Element, axis: Element) -> None:
+    """How far, how fast and against what a URDF's joint moves, by the <axis> of SDF."""
+    limit, dynamics, mimic = axis.find("limit"), axis.find("dynamics"), axis.find("mimic")
+    ends = {"lower": _number(limit, "lower", -np.inf), "upper": _number(limit, "upper", np.inf)}
+    if all(abs(end) > _ENDLESS for end in ends.values()):
+        ends = {}
+        if joint.get("type") == "revolute":
+            joint.set("type", "continuous")
+    most = {key: _number(limit, key, -1.0) for key in ("effort", "velocity")}
+    said = {**ends, **{key: value for key, value in most.items() if value > 0.0 and isfinite(value)}}
+    SubElement(joint, "limit", {key: repr(value) for key, value in said.items()})
+    lost = {key: repr(_number(dynamics, key, 0.0)) for key in ("damping", "friction")}
+    SubElement(joint, "dynamics", lost)
+    if mimic is not None:
+        times = _number(mimic, "multiplier", 1.0)
+        offset = _number(mimic, "offset", 0.0) - times * _number(mimic, "reference", 0.0)
+        other = {"joint": mimic.get("joint", ""), "multiplier": repr(times), "offset": repr(offset)}
+        SubElement(joint, "mimic", other)
 
 
 def _by_name(model: Element, tag: str) -> dict[str, Element]:
