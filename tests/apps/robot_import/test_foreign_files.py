@@ -56,6 +56,24 @@ def test_motor_plugins_say_all_of_the_rotors(tmp_path: Path) -> None:
     assert not said & {"drag torque per thrust", "greatest thrust", "lag of the rotors", "spin of the rotors"}
 
 
+@pytest.mark.parametrize("kind", ["revolute", "prismatic"])
+def test_a_joint_whose_limits_leave_no_way_is_fixed_there(tmp_path: Path, kind: str) -> None:
+    limits = {"kind": kind, "axis": "0 0 1", "limit": 'lower="0.2" upper="0.2" effort="1" velocity="1"'}
+    mast = link("mast", 0.1, gyration=0.1) + MOVING.format(
+        name="lift", xyz="0.3 0 0", parent="base", child="mast", **limits
+    )
+    path = tmp_path / "quad.urdf"
+    path.write_text(gazebo_quad().replace("</robot>", f"{mast}</robot>"))
+    report = check_robot_file(path)
+    assert report.can_hover, report.reasons
+    joint = report.description.joint("lift")
+    assert joint.kind == "fixed"
+    if kind == "prismatic":
+        np.testing.assert_allclose(joint.xyz, [0.3, 0.0, 0.2], atol=1e-12)
+    else:
+        assert joint.R[1, 0] == pytest.approx(np.sin(0.2))
+
+
 def test_a_motor_faster_than_numbers_reach_is_refused_in_a_line(tmp_path: Path) -> None:
     (tmp_path / "quad.urdf").write_text(gazebo_quad().replace(">838<", ">1e300<"))
     with pytest.raises(ConfigError, match="the motor plugin of link 'a': thrust_max = inf N"):

@@ -52,9 +52,12 @@ def _bodies(plant: Any, q: np.ndarray) -> dict[str, tuple[float, np.ndarray, np.
     return found
 
 
-def test_bodies_stand_where_libsdformat_puts_them(armed: Callable[..., Path]) -> None:
+@pytest.mark.parametrize("scope", ["", "body::"], ids=["merged", "a model of its own"])
+def test_bodies_stand_where_libsdformat_puts_them(armed: Callable[..., Path], scope: str) -> None:
     drake = pytest.importorskip("pydrake.all", reason="Drake has no wheel for this machine")
     path = armed(("<uri>model://body</uri>", "<uri>model://body/model.sdf</uri>"))
+    if scope:
+        armed((' merge="true"', ""), ('attached_to="base"', 'attached_to="body::base"'))
     urdf, folders = read_sdf(path)
     assert set(folders) == {"armed", "body"}
     plants = []
@@ -111,6 +114,22 @@ def test_shapes_come_as_a_urdf_has_them(armed: Callable[..., Path]) -> None:
         assert shape[0].attrib == said
 
 
+def test_a_model_in_a_model_is_called_by_both_where_names_clash(armed: Callable[..., Path]) -> None:
+    """An axis of SDF 1.6 in the frame of its model turns along with that, and a plugin finds its link."""
+    spin = "<xyz>0 0 1</xyz><use_parent_model_frame>1</use_parent_model_frame>"
+    armed(("<xyz>0 0 1</xyz>", spin), ("0.1 0 0.24 0 0 0.3", "0.1 0 0.24 0.4 0 0.3"), file="body")
+    inner = '<frame name="fl"/>'
+    path = armed((' merge="true"', ""), ("<uri>", "<name>quad</name><uri>"), ('"base"', '"quad::base"'))
+    armed(("<include>", f"{inner}<include>"))
+    root = ElementTree.fromstring(read_sdf(path)[0])
+    assert [link.text for link in root.iter("linkName")] == ["fr", "bl", "quad::fl", "br"]
+    axis = root.find("joint[@name='spin_fr']/axis")
+    assert axis is not None
+    # z of the model, seen from a rotor on a base that is rolled by 0.4 rad and turned by 0.3 rad.
+    seen = [float(word) for word in axis.get("xyz", "").split()]
+    np.testing.assert_allclose(seen, [0.0, np.sin(0.4), np.cos(0.4)], atol=1e-12)
+
+
 def test_a_stand_is_left_out_and_prefixes_mean_nothing(armed: Callable[..., Path]) -> None:
     stand = '<joint name="stand" type="fixed"><parent>world</parent><child>base</child></joint>'
     odd = '<gz:system gz:type="x" type="y"/>'
@@ -133,7 +152,6 @@ def test_a_joint_that_follows_another_does_so(armed: Callable[..., Path]) -> Non
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ('merge="true"', "", "includes 'model://body' as a model of its own; use <include merge='true'>"),
         ("model://body", "model://legs", "includes 'model://legs', which is not found.*--packages DIR"),
         ("model://body", "model://armed", "includes itself"),
         ('type="revolute"', 'type="ball"', "joint 'shoulder_pitch' is ball; read are revolute, continuous"),
@@ -154,7 +172,11 @@ def test_a_joint_that_follows_another_does_so(armed: Callable[..., Path]) -> Non
             '<model name="armed"/><model name="two">',
             "needs one model, and has 2 models",
         ),
-        ('<model name="armed">', '<model name="armed"><model name="in"/>', "has a model 'in' in its model"),
+        (
+            '<model name="armed">',
+            '<model name="armed"><model name="a"><link name="b"/></model>',
+            "found: b, base",
+        ),
     ],
 )
 def test_what_is_no_robot_is_refused_by_name(

@@ -115,6 +115,7 @@ def check_robot_file(
     said = read_mapping(mapping)
     said = replace(said, rotors=said.rotors or text.rotors)
     tree = UrdfTree(text.content, text.path.name)
+    tree.hold_stiff()
     mass_in = tree.total_mass()
     roles = recognise(tree, said)
     axles = [

@@ -121,8 +121,6 @@ class _Written:
         direction = axis.find("xyz")
         turned = np.array(_numbers(None if direction is None else direction.text, 3) or (0.0, 0.0, 1.0))
         seen_from = None if direction is None else direction.get("expressed_in")
-        if (axis.findtext("use_parent_model_frame") or "").strip() in ("1", "true"):  # until SDF 1.6
-            seen_from = WHOLE
         if seen_from:
             turned = at[:3, :3].T @ self._place(seen_from)[:3, :3] @ turned
         SubElement(written, "axis", {"xyz": " ".join(repr(float(value)) for value in turned)})

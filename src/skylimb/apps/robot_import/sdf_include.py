@@ -1,10 +1,11 @@
-"""An SDF's model with what it includes, `<include merge="true">`, in one tree of XML."""
+"""An SDF's model with all models in it, its own and those that it includes, as one in one tree of XML."""
 
 from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
@@ -14,14 +15,21 @@ from skylimb.base.xml_text import read_xml
 
 RESOURCES = "GZ_SIM_RESOURCE_PATH"
 WHOLE = "__model__"
-_MERGE = "<include merge='true'>"
 _PREFIX = re.compile(rb"</?[\w.-]+:|\s[\w.-]+:(?=[\w.-]+\s*=\s*[\"'])")
 
 
-class MergedModel:
-    """One model with the content of those that it includes.
+_PARTS = ("link", "joint", "frame", "plugin")
+_NAMING = {"pose": "relative_to", "frame": "attached_to", "xyz": "expressed_in", "mimic": "joint"}
+"""Attributes that name a link, a joint or a frame, by their element."""
+_NAMED = ("parent", "child", "linkName", "jointName")
+"""Elements whose text does."""
 
-    A frame stands where each of these is placed, and what is in them is seen from there.
+
+class MergedModel:
+    """One model with the content of those that are in it.
+
+    What is in a model of its own is called `MODEL::NAME` where its name is another's as well. A frame stands
+    where each model is placed, and what is in it is seen from there.
 
     Attributes:
         model: the <model> of the file that was named.
@@ -35,12 +43,18 @@ class MergedModel:
         self.frames = list[str]()
         self.folders = dict[str, Path]()
         self.model = self._load(path, ())
+        named = [part.get("name", "") for part in self.model if part.tag in _PARTS and part.tag != "plugin"]
+        short = {name: name.rpartition("::")[2] for name in named}
+        times = Counter(short.values())
+        for part in self.model:
+            if part.tag in _PARTS:
+                _rename(part, {name: one for name, one in short.items() if times[one] == 1})
 
     def _load(self, path: Path, above: tuple[Path, ...]) -> Element:
-        """The <model> of a file, what it includes merged.
+        """The <model> of a file as one.
 
         Raises:
-            DescriptionError: no XML, not one model, or one inside of another.
+            DescriptionError: no XML, not one model, one that includes itself, or one that is not found.
         """
         path = path.resolve()
         try:
@@ -57,20 +71,32 @@ class MergedModel:
         if path in above:
             raise DescriptionError(f"'{path.parent.name}/{path.name}' includes itself")
         self.folders[path.parent.name] = path.parent
-        model = models[0]
-        for inner in model.findall("model"):
-            name = inner.get("name")
-            raise DescriptionError(f"'{path.name}' has a model '{name}' in its model; use {_MERGE}")
-        for include in model.findall("include"):
-            at = list(model).index(include)
-            model[at : at + 1] = [*self._included(include, path, (path, *above))]
-        return model
+        self._flatten(models[0], path, (path, *above))
+        return models[0]
 
-    def _included(self, include: Element, path: Path, above: tuple[Path, ...]) -> Iterator[Element]:
-        """The content of an included model, and the frame that it is seen from."""
+    def _flatten(self, model: Element, path: Path, above: tuple[Path, ...]) -> None:
+        """Put the content of the models in a model in their places."""
+        for axis in model.iterfind("joint/axis"):
+            if (axis.findtext("use_parent_model_frame") or "").strip() in ("1", "true"):  # until SDF 1.6
+                for direction in axis.findall("xyz"):
+                    direction.set("expressed_in", WHOLE)
+        for inner in [one for one in model if one.tag in ("model", "include")]:
+            if inner.tag == "model":
+                content, name = inner, inner.get("name", "")
+                self._flatten(inner, path, above)
+            else:
+                content = self._load(self._found(inner, path), above)
+                name = inner.findtext("name") or content.get("name", "")
+            merged = inner.get("merge") in ("true", "1")
+            poses = [pose for pose in (inner.find("pose"), content.find("pose")) if pose is not None]
+            at = list(model).index(inner)
+            model[at : at + 1] = self._placed(
+                content, "" if merged else name, poses[0] if poses else _at_origin()
+            )
+
+    def _found(self, include: Element, path: Path) -> Path:
+        """The file of an included model."""
         uri = (include.findtext("uri") or "").strip()
-        if include.get("merge") not in ("true", "1"):
-            raise DescriptionError(f"'{path.name}' includes '{uri}' as a model of its own; use {_MERGE}")
         name = uri.removeprefix("model://").strip("/")
         found = next((file for place in self._places if (file := _sdf_of(place / name)) is not None), None)
         if not name or found is None:
@@ -78,25 +104,44 @@ class MergedModel:
                 f"'{path.name}' includes '{uri}', which is not found; say where its folder lies: "
                 f"--packages DIR, or {RESOURCES}"
             )
-        model = self._load(found, above)
-        frame = Element("frame", {"name": f"_included_{len(self.frames)}"})
+        return found
+
+    def _placed(self, content: Element, scope: str, pose: Element) -> list[Element]:
+        """The parts of a model, named for the one that holds it, and the frame that they are seen from."""
+        parts = [part for part in content if part.tag in _PARTS]
+        own = [part.get("name", "") for part in parts if part.tag != "plugin"]
+        frame = Element("frame", {"name": scope or f"_included_{len(self.frames)}"})
         self.frames.append(frame.attrib["name"])
-        placed = [pose for pose in (include.find("pose"), model.find("pose")) if pose is not None]
-        frame.append(placed[0] if placed else _at_origin())
-        yield frame
-        for part in model:
-            if part.tag not in ("link", "joint", "frame", "plugin"):
-                continue
-            pose = part.find("pose")
-            # Nothing said, a link is seen from the model, a joint from its child, a frame from what it is on.
-            implied = part.tag == "link" or (
-                part.tag == "frame" and part.get("attached_to") in (None, "", WHOLE)
-            )
-            if pose is None and implied:
-                part.append(pose := _at_origin())
-            if pose is not None and (pose.get("relative_to") or (WHOLE if implied else "")) == WHOLE:
-                pose.set("relative_to", frame.attrib["name"])
-            yield part
+        names = {name: f"{scope}::{name}" for name in own} if scope else {}
+        links = [part.get("name", "") for part in parts if part.tag == "link"]
+        root = content.get("canonical_link") or next(iter(links), WHOLE)
+        frame.set("attached_to", names.get(root, root))
+        pose.set("relative_to", pose.get("relative_to") or WHOLE)
+        frame.append(pose)
+        names[WHOLE] = frame.attrib["name"]
+        for part in parts:
+            # Nothing said, a link is seen from the model, a frame from what it is on, a joint from its child.
+            if part.tag == "frame":
+                part.set("attached_to", part.get("attached_to") or WHOLE)
+            elif part.tag == "link":
+                at = part.find("pose")
+                if at is None:
+                    part.append(at := _at_origin())
+                at.set("relative_to", at.get("relative_to") or WHOLE)
+            _rename(part, names)
+        return [frame, *parts]
+
+
+def _rename(part: Element, names: Mapping[str, str]) -> None:
+    """Call a part, and what it names, otherwise."""
+    if part.tag != "plugin":
+        part.set("name", names.get(part.get("name", ""), part.get("name", "")))
+    for element in part.iter():
+        said = _NAMING.get(element.tag)
+        if said in element.attrib:
+            element.set(said, names.get(element.attrib[said], element.attrib[said]))
+        elif element.tag in _NAMED and element.text:
+            element.text = names.get(element.text.strip(), element.text)
 
 
 def _at_origin() -> Element:

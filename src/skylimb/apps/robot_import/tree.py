@@ -166,6 +166,13 @@ class UrdfTree:
                 self._set_place(joint, xyz, R @ rotation_from_vector(at / size * axis))
         self.fix(joint)
 
+    def hold_stiff(self) -> None:
+        """Make every joint fixed whose limits leave it no way."""
+        for joint in self.joints():
+            lower, upper = self.limit(joint, "lower"), self.limit(joint, "upper")
+            if joint.get("type") in ("revolute", "prismatic") and lower == upper:
+                self.hold(joint, lower)
+
     def fix(self, joint: Element) -> None:
         """Make a joint fixed, at its zero."""
         joint.set("type", FIXED)
