@@ -14,7 +14,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
-from skylimb.apps.robot_import.sdf_include import WHOLE, MergedModel
+from skylimb.apps.robot_import.sdf_include import ADDED, WHOLE, MergedModel
 from skylimb.apps.robot_import.tree import add_joint, origin
 from skylimb.base.errors import DescriptionError
 from skylimb.base.rotations import rotation_from_rpy
@@ -51,7 +51,7 @@ class _Written:
     """One model, written as links and joints."""
 
     def __init__(self, merged: MergedModel) -> None:
-        self._model, self._merged = merged.model, merged.frames
+        self._model = merged.model
         self._links, self._joints, self._frames = (
             _by_name(self._model, tag) for tag in ("link", "joint", "frame")
         )
@@ -78,8 +78,8 @@ class _Written:
             robot.append(self._link(name, link))
         for child, joint in self._above.items():
             self._joint(robot, child, joint)
-        for name in self._frames:
-            if name not in self._merged:
+        for name, frame in self._frames.items():
+            if ADDED not in frame.attrib:
                 held = self._holder(name)
                 SubElement(robot, "link", {"name": name})
                 add_joint(robot, f"{name}_fixed", "fixed", held, name, *self._seen(self._place(name), held))

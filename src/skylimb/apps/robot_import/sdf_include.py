@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import re
 from collections import Counter
@@ -15,6 +16,8 @@ from skylimb.base.xml_text import read_xml
 
 RESOURCES = "GZ_SIM_RESOURCE_PATH"
 WHOLE = "__model__"
+ADDED = "_added"
+"""Attribute of a frame that no file has."""
 _PREFIX = re.compile(rb"</?[\w.-]+:|\s[\w.-]+:(?=[\w.-]+\s*=\s*[\"'])")
 
 
@@ -33,14 +36,13 @@ class MergedModel:
 
     Attributes:
         model: the <model> of the file that was named.
-        frames: names of the frames that were added.
         folders: of all models that were read, by the folder's name, as `model://NAME/...` means them.
     """
 
     def __init__(self, path: Path, folders: Sequence[Path]) -> None:
         resources = [Path(place) for place in os.environ.get(RESOURCES, "").split(os.pathsep) if place]
         self._places = [*folders, path.resolve().parent.parent, *resources]
-        self.frames = list[str]()
+        self._count = itertools.count()
         self.folders = dict[str, Path]()
         self.model = self._load(path, ())
         named = [part.get("name", "") for part in self.model if part.tag in _PARTS and part.tag != "plugin"]
@@ -110,8 +112,7 @@ class MergedModel:
         """The parts of a model, named for the one that holds it, and the frame that they are seen from."""
         parts = [part for part in content if part.tag in _PARTS]
         own = [part.get("name", "") for part in parts if part.tag != "plugin"]
-        frame = Element("frame", {"name": scope or f"_included_{len(self.frames)}"})
-        self.frames.append(frame.attrib["name"])
+        frame = Element("frame", {"name": scope or f"_included_{next(self._count)}", ADDED: ""})
         names = {name: f"{scope}::{name}" for name in own} if scope else {}
         links = [part.get("name", "") for part in parts if part.tag == "link"]
         root = content.get("canonical_link") or next(iter(links), WHOLE)
