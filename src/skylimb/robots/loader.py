@@ -98,6 +98,10 @@ def read_description(name_or_path: str | Path) -> RobotDescription:
     return _describe(*_read(_flight_path(name_or_path)))
 
 
+_FOREIGN = (".urdf", ".xacro", ".xml", ".sdf")
+_IMPORT = "skylimb robot import {path} --out FOLDER makes one"
+
+
 def _flight_path(name_or_path: str | Path) -> Path:
     path = Path(name_or_path)
     if any(len(part) > _LONGEST_NAME for part in path.parts):  # the operating system refuses to look
@@ -105,12 +109,12 @@ def _flight_path(name_or_path: str | Path) -> Path:
     if path.is_dir():
         if (path / FLIGHT_FILE).is_file():
             return path / FLIGHT_FILE
-        raise DescriptionError(f"the folder '{path}' has no {FLIGHT_FILE}")
+        raise DescriptionError(f"the folder '{path}' has no {FLIGHT_FILE} ({_IMPORT.format(path=path)})")
     is_path = path.suffix != "" or len(path.parts) > 1
-    if path.suffix.lower() in (".urdf", ".xacro", ".xml"):
+    if path.suffix.lower() in _FOREIGN:
         raise ConfigError(
-            f"'{path}' is a URDF; name the flight TOML that points to it, or its folder "
-            f"(skylimb robot import {path} --out FOLDER makes one)"
+            f"'{path}' is no robot yet; name the flight TOML that points to it, or its folder "
+            f"({_IMPORT.format(path=path)})"
         )
     if is_path:
         return path

@@ -98,7 +98,7 @@ def check_robot_file(
     """Check a URDF or xacro file, a folder with one, or a robot of skylimb's own form.
 
     Args:
-        path: .urdf, .xacro or MJCF, a folder, a flight TOML, or the name of a robot that ships.
+        path: .urdf, .xacro, MJCF or SDF, a folder, a flight TOML, or the name of a robot that ships.
         packages: folder of the packages that xacro and meshes name.
         mapping: TOML file that says what names do not tell.
         args: values of a xacro's arguments by name.
