@@ -9,7 +9,7 @@ from skylimb.apps.cli.arguments import arg
 from skylimb.base.errors import ConfigError
 
 _File = Annotated[
-    str, arg("A .urdf, .xacro, MJCF or SDF file, a folder with one, or a robot of skylimb's own form.", "FILE")
+    str, arg("A .urdf, .xacro, MJCF or SDF file, a folder with one, or a robot of skylimb's form.", "FILE")
 ]
 _Packages = Annotated[str | None, arg("Folder of the packages that xacro and package:// name.", "DIR")]
 _Mapping = Annotated[str | None, arg("TOML file that says what the description's names do not tell.", "FILE")]
