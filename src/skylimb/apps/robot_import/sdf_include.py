@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
-from skylimb.base.errors import DescriptionError
+from skylimb.base.errors import DescriptionError, UnreadableError
 from skylimb.base.sources import read_source
 from skylimb.base.xml_text import read_xml
 
@@ -156,8 +156,8 @@ def _sdf_of(place: Path) -> Path | None:
     if place.is_file():
         return place
     try:
-        named = [one.text or "" for one in read_xml((place / "model.config").read_bytes()).iter("sdf")]
-    except (OSError, ValueError):
+        named = [one.text or "" for one in read_xml(read_source(place / "model.config").content).iter("sdf")]
+    except (UnreadableError, ValueError):
         named = []
     files = (place / name.strip() for name in (*named[::-1], "model.sdf"))
     return next((file for file in files if file.is_file()), None)
