@@ -46,7 +46,7 @@ def require_slow_enough(experiment: Experiment, robot: Robot, controller: Contro
         f"{robot.name}'s rotors work against their own change of speed: lift and torque have a zero at "
         f"+{zero:.3g} rad/s, for which {controller.name}'s attitude, {bandwidth:.3g} rad/s fast, is "
         f"{'too fast' if refused else 'doubtful'}; {zero / DOUBTFUL_ZERO:.2g} rad/s would be safe "
-        f"(attitude.normalized_stiffness of at most {(zero / DOUBTFUL_ZERO) ** 2:.2g})"
+        f"(attitude.normalized_stiffness of at most {(zero / DOUBTFUL_ZERO) ** 2:.0f})"
     )
     if not refused or experiment.approach.doubtful == "fly":
         warnings.warn(words, UserWarning, stacklevel=2)

@@ -49,6 +49,8 @@ _Z_OUT = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
 """A frame whose x axis lies along z of another, and whose y axis is the same."""
 _LONGEST_NAME = 200
 """Letters of a file's name at most; most file systems end at 255 bytes."""
+_FOREIGN = (".urdf", ".xacro", ".xml", ".sdf")
+_IMPORT = "skylimb robot import {path} --out FOLDER makes one"
 
 
 def list_robots() -> dict[str, str]:
@@ -96,10 +98,6 @@ def _load_unchanged(flight: Source, urdf: Source, gravity: float) -> Robot:
 def read_description(name_or_path: str | Path) -> RobotDescription:
     """What the files say, checked link by link, without the model being built (see `load_robot`)."""
     return _describe(*_read(_flight_path(name_or_path)))
-
-
-_FOREIGN = (".urdf", ".xacro", ".xml", ".sdf")
-_IMPORT = "skylimb robot import {path} --out FOLDER makes one"
 
 
 def _flight_path(name_or_path: str | Path) -> Path:

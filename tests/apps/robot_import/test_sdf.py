@@ -153,6 +153,7 @@ def test_a_joint_that_follows_another_does_so(armed: Callable[..., Path]) -> Non
     ("old", "new", "said"),
     [
         ("model://body", "model://legs", "includes 'model://legs', which is not found.*--packages DIR"),
+        ("model://body", "model://" + 400 * "9", "which is not found"),
         ("model://body", "model://armed", "includes itself"),
         ('type="revolute"', 'type="ball"', "joint 'shoulder_pitch' is ball; read are revolute, continuous"),
         ('attached_to="base"', 'attached_to="mount"', "'mount', which is not there or placed from itself"),

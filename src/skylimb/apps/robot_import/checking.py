@@ -130,17 +130,15 @@ def check_robot_file(
         tree.root.append(drag)
     flight, assumed = propose(tree, roles, axles, said, tables)
     tree.keep_robot_only()
-    written = UrdfTree(tree.text(), text.path.name)
-    copies, lacking = (
-        settle_meshes(written, text.path.parent, text.packages, convert=True) if convert else ({}, [])
-    )
-    # What is checked names the meshes where they lie.
-    _, lost = settle_meshes(tree, text.path.parent, text.packages, convert=False)
+    written = UrdfTree(tree.text(), text.path.name) if convert else tree
+    copies, lost = settle_meshes(written, text.path.parent, text.packages, convert=convert)
+    if convert:  # what is checked names the meshes where they lie
+        settle_meshes(tree, text.path.parent, text.packages, convert=False)
     urdf = Source(text.path, tree.text())
     flight_source = Source(text.path.with_name(FLIGHT_FILE), b"")
     links = read_urdf(urdf)
     description = describe(flight, flight_source, urdf, links)
-    doubts += [*assumed, *(lacking if convert else lost)]
+    doubts += [*assumed, *lost]
     if flight.posture is not None and said.posture is None:
         description, flight = _with_posture(description, flight, doubts)
     report = _report(text.path, description, mass_in, doubts)

@@ -19,8 +19,6 @@ WHOLE = "__model__"
 ADDED = "_added"
 """Attribute of a frame that no file has."""
 _PREFIX = re.compile(rb"</?[\w.-]+:|\s[\w.-]+:(?=[\w.-]+\s*=\s*[\"'])")
-
-
 _PARTS = ("link", "joint", "frame", "plugin")
 _NAMING = {"pose": "relative_to", "frame": "attached_to", "xyz": "expressed_in", "mimic": "joint"}
 """Attributes that name a link, a joint or a frame, by their element."""
@@ -153,11 +151,18 @@ def _at_origin() -> Element:
 
 def _sdf_of(place: Path) -> Path | None:
     """The SDF at a place: a file, or of a folder the last one that its model.config names, else model.sdf."""
-    if place.is_file():
+    if _is_file(place):
         return place
     try:
         named = [one.text or "" for one in read_xml(read_source(place / "model.config").content).iter("sdf")]
     except (UnreadableError, ValueError):
         named = []
     files = (place / name.strip() for name in (*named[::-1], "model.sdf"))
-    return next((file for file in files if file.is_file()), None)
+    return next((file for file in files if _is_file(file)), None)
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # no name that a file can have
+        return False
