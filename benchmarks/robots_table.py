@@ -87,8 +87,8 @@ def entries(lab: Path | None, px4: Path | None, folder: Path) -> Iterator[Entry]
             yield Entry("lab", f"{path.parents[3].name}, {path.parent.name}", path)
         elif path.parent.name == "quad":
             yield Entry("lab", f"{path.parents[2].name}, {path.name.removesuffix('.urdf.xacro')}", path)
-    for name in PX4 if px4 else ():
-        yield Entry("px4", name, px4 / name / "model.sdf")
+    for path in (px4 / name / "model.sdf" for name in PX4) if px4 else ():
+        yield Entry("px4", path.parent.name, path)
     for group, made in (("kinds", KINDS), ("arms", ARMED)):
         for k, (name, (given, mapping)) in enumerate(made.items()):
             yield Entry(group, name, multirotor_with_arm(folder / f"{group}{k}.urdf", **given), mapping)
