@@ -44,6 +44,7 @@ from skylimb.control.python_laws import OpenLaw
 from skylimb.control.records import NOTHING, Command, Demand, LawInput
 from skylimb.control.slots import SLOTS, LiveGains, Slots, traced_functions
 from skylimb.control.terms import without_terms
+from skylimb.control.thrust_and_angle import from_pairs, without_angles
 from skylimb.robots.model import Robot
 
 
@@ -52,7 +53,7 @@ class Cascade:
     """A preset made ready to fly one robot.
 
     Attributes:
-        robot: the controller's model of the robot; the plant may differ.
+        robot: the controller's model of the robot; the plant may differ. Its laws fly `robot.pairs`.
         preset: the laws and their gains.
         family: reach and joint angles of the one-parameter posture.
         vectoring: vectoring angles over the posture.
@@ -90,16 +91,18 @@ class Cascade:
             The new state, the command, and every inner signal by its public name.
         """
         laws, monitor = self.preset.laws, monitor or LawMonitor(self.preset.slots)
-        gains = handed(self.preset, self.robot, gains, self.gains())
+        robot = self.robot.pairs
+        gains = handed(self.preset, robot, gains, self.gains())
         if self.corrections is not None:
             measurement = turned_back(self.corrections, measurement)
+        measurement, reference = (without_angles(self.robot, one) for one in (measurement, reference))
 
         # 1. What is known of body and external wrench.
-        sensed = Sensed(self.robot, measurement, reference, dt)
+        sensed = Sensed(robot, measurement, reference, dt)
         estimation, known, of_estimation = laws.estimation.step(gains.estimation, state.estimation, sensed)
         monitor.gave("estimation", known)
         missing = monitor.residual(state.allocation)
-        inputs = LawInput(self.robot, measurement, reference, dt, known, residual=missing)
+        inputs = LawInput(robot, measurement, reference, dt, known, residual=missing)
         inputs = inputs._replace(force=wanted_force(reference.force, own_force(gains.translation)))
         body, bias = known.body, known.bias or NOTHING
         scale = 1.0 if known.scale is None else known.scale
@@ -129,7 +132,7 @@ class Cascade:
         # 5. The attitude that points the thrust along it, and the torque that gets there.
         to_allocate = monitor.inputs("allocation", inputs)
         aimed = laws.allocation.aim(gains.allocation, state.allocation, to_allocate, force)
-        rpy, heading = rpy_from_rotation(body.R_WC), heading_of(self.robot, body.model.tip_heading, reference)
+        rpy, heading = rpy_from_rotation(body.R_WC), heading_of(robot, body.model.tip_heading, reference)
         target, R_target = attitude_target(aimed, rpy[2], heading)
         attitude, turning, of_attitude = laws.attitude.step(
             gains.attitude, state.attitude, monitor.inputs("attitude", inputs), R_target
@@ -160,7 +163,9 @@ class Cascade:
             monitor.recorded(slot, recorded, signals)
             signals |= recorded if self.tells else without_terms(recorded)
         new = Slots(estimation, contact, shape, translation, attitude, allocation)
-        command = given.command if self.corrections is None else for_rotors(self.corrections, given.command)
+        command = from_pairs(self.robot, given.command)
+        if self.corrections is not None:
+            command = for_rotors(self.corrections, command)
         return new, command, signals
 
     def gains(self) -> LiveGains:
@@ -170,7 +175,7 @@ class Cascade:
     @cached_property
     def _gains(self) -> LiveGains:
         gains = LiveGains(*numeric(Slots(*(slot.gains for slot in self.preset.slots))), {})
-        return settled(self.preset, self.robot, gains)
+        return settled(self.preset, self.robot.pairs, gains)
 
     @property
     def in_python(self) -> dict[str, str]:
@@ -183,7 +188,7 @@ class Cascade:
         preset = self.preset
         for name, slot in zip(SLOTS, preset.slots, strict=True):
             if slot.python:
-                preset = preset.with_slot(name, replace(slot, law=OpenLaw(slot, self.robot, asked)))
+                preset = preset.with_slot(name, replace(slot, law=OpenLaw(slot, self.robot.pairs, asked)))
         return replace(self, preset=preset), asked
 
     def initial_state(self) -> Slots:
@@ -193,8 +198,9 @@ class Cascade:
     @cached_property
     def _initial_state(self) -> Slots:
         theta = self.family.theta_nominal
-        hover = self.robot.at(self.family.joint_angles(theta), self.vectoring.angles(theta)).hover_thrusts
-        start = Start(self.robot, self.family.reach_nominal, hover)
+        robot = self.robot.pairs
+        hover = robot.at(self.family.joint_angles(theta), self.vectoring.angles(theta)).hover_thrusts
+        start = Start(robot, self.family.reach_nominal, hover)
         return numeric(Slots(*(slot.law.initial_state(slot.gains, start) for slot in self.preset.slots)))
 
     @property
@@ -286,5 +292,5 @@ def build_cascade(robot: Robot, preset: Preset) -> Cascade:
         ConfigError: naming the laws that do not fit, and the field.
     """
     purpose = preset.needs.vectoring
-    family = posture_family(standing(robot, purpose))
-    return tried(Cascade(robot, preset, family, vectoring_table(robot, purpose)))
+    family = posture_family(standing(robot.pairs, purpose))
+    return tried(Cascade(robot, preset, family, vectoring_table(robot.pairs, purpose)))

@@ -82,7 +82,7 @@ def _shown(of: _Cascade) -> tuple[dict[str, frozenset[str]], dict[str, dict[str,
 def _try_prepare(cascade: Any, slot: str) -> None:
     """A `UserCodeError` unless what a law prepares of its gains is something, and the same every time."""
     filled = getattr(cascade.preset.slots, slot)
-    law, (one, other) = filled.law, (filled.law.prepare(filled.gains, cascade.robot) for _ in range(2))
+    law, (one, other) = filled.law, (filled.law.prepare(filled.gains, cascade.robot.pairs) for _ in range(2))
     if one is None:
         raise UserCodeError(
             f"{law.what}: prepare returns nothing, expected what step is handed behind inputs"
@@ -105,7 +105,7 @@ class _Hover:
         cascade: whose tick is traced.
 
     Attributes:
-        robot: of the cascade.
+        robot: that the laws of the cascade fly.
         state: of each slot before the first tick.
         gains: as the laws are handed them.
         records: symbols for state, measurement, reference and gains.
@@ -114,8 +114,8 @@ class _Hover:
     def __init__(self, cascade: Any) -> None:
         needs, rng = cascade.needs, np.random.default_rng(0)
         inputs = step_inputs(cascade, len(needs.preview))
-        self.robot, self.state = cascade.robot, cascade.initial_state()
-        self.gains = handed(cascade.preset, cascade.robot, cascade.gains(), cascade.gains())
+        self.robot, self.state = cascade.robot.pairs, cascade.initial_state()
+        self.gains = handed(cascade.preset, self.robot, cascade.gains(), cascade.gains())
         self._symbols, self.records = symbolic_inputs(inputs)
         self._numbers: list[list[np.ndarray]] = []
         for _ in range(STEPS):

@@ -71,6 +71,7 @@ def require_feasible(experiment: Experiment, robot: Robot, controller: Controlle
         robot: as it is described.
         controller: of the flight.
     """
+    robot = robot.pairs
     posture, tilt = experiment.posture, experiment.terminations.tilt
     # A configuration made in Python may hold lists.
     fixed = dataclasses.replace(posture, waypoints=tuple(tuple(way) for way in posture.waypoints))

@@ -14,6 +14,7 @@ from skylimb.robots.hover import any_hover, cannot_hover, find_hover
 from skylimb.robots.links import Inertial
 from skylimb.robots.model import Robot
 from skylimb.robots.starts import golden_steps, vectoring_starts, within_limits
+from skylimb.robots.turned_rotors import ENOUGH
 from skylimb.robots.validation import check_inertial, limited_by_torque
 
 _TRIES = 16
@@ -39,6 +40,7 @@ def check_robot(robot: Robot) -> None:
     check_moving_bodies(robot)
     check_few_rotors(robot)
     _check_heading(robot)
+    robot = robot.pairs
     q, start = robot.nominal_posture(), robot.description.vectoring_start
     steps = np.outer(np.arange(_TRIES if robot.n_vectoring else 1), golden_steps(robot.n_vectoring))
     # Least-norm thrusts that hold answer in no time; only where none are found a search has to.
@@ -98,10 +100,10 @@ def check_moving_bodies(robot: Robot) -> None:
 def check_few_rotors(robot: Robot) -> None:
     """Refuse a robot of fewer than four rotors, for what it really lacks.
 
-    With vectoring joints it may hover and hold every axis. But all control laws command lift and three
-    torques by the thrusts alone, which then leave an axis out.
+    Where arms turn its rotors, thrusts and angles together may give lift and three torques; so it is flown
+    where each such joint turns one rotor, across its thrust (`robots.turned_rotors`).
     """
-    if robot.n_rotors >= 4:
+    if robot.pairs.n_rotors >= ENOUGH:
         return
     q, who = robot.nominal_posture(), f"'{robot.name}' has {robot.n_rotors} rotors"
     hover = find_hover(robot, q)
@@ -112,8 +114,8 @@ def check_few_rotors(robot: Robot) -> None:
     if lacking:
         raise DescriptionError(f"{who}; it hovers, but neither thrusts nor vectoring angles give {lacking}")
     raise DescriptionError(
-        f"{who}; it hovers, and thrusts with vectoring angles hold every axis, but the control laws command "
-        f"lift and torques by thrusts alone, which do not give {not_given(thrusts)}"
+        f"{who}; it hovers, and thrusts with vectoring angles hold every axis, but its laws need joints that "
+        f"turn one rotor each, across its thrust; thrusts alone do not give {not_given(thrusts)}"
     )
 
 

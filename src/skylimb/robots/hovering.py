@@ -43,10 +43,8 @@ def hovering_frame(
         weight: m g, N.
         preferred: of more than four rotors the thrusts (n,) that the hover's come nearest to, N; none: zero.
     """
-    n = len(axes)
-    torques = [ca.cross(p, u) + kappa * u for u, p, kappa in zip(axes, points, drag, strict=True)]
-    Q_t, Q_r = ca.horzcat(*axes), ca.horzcat(*torques)
-    if n == 4:
+    Q_t, Q_r = _columns(axes, points, drag)
+    if len(axes) == 4:
         free = _torque_free_direction(Q_r)
         force = Q_t @ free
         size = ca.sqrt(ca.sumsqr(force))
@@ -60,6 +58,20 @@ def hovering_frame(
         z_axis = force / ca.sqrt(ca.sumsqr(force))
     R = _roll_pitch(z_axis)
     return Hovering(R, ca.vertcat(R.T @ Q_t, R.T @ Q_r), _nearest(z_axis.T @ Q_t, Q_r, weight, preferred))
+
+
+def hovering_in(
+    R: Array, thrusts: Array, axes: Sequence[Array], points: Sequence[Array], drag: Sequence[float]
+) -> Hovering:
+    """The allocation matrix in a known {C}; other arguments are those of `hovering_frame`."""
+    Q_t, Q_r = _columns(axes, points, drag)
+    return Hovering(R, ca.vertcat(R.T @ Q_t, R.T @ Q_r), thrusts)
+
+
+def _columns(axes: Sequence[Array], points: Sequence[Array], drag: Sequence[float]) -> tuple[Array, Array]:
+    """Force and torque of 1 N of each rotor in root axes, (3, n) each."""
+    torques = [ca.cross(p, u) + kappa * u for u, p, kappa in zip(axes, points, drag, strict=True)]
+    return ca.horzcat(*axes), ca.horzcat(*torques)
 
 
 def _torque_free_direction(Q_r: Array) -> Array:

@@ -15,6 +15,7 @@ from skylimb.robots.bodies import lump
 from skylimb.robots.description import RobotDescription
 from skylimb.robots.kinematics import composite
 from skylimb.robots.posed import Posed, RobotState
+from skylimb.robots.turned_rotors import turned_rotors
 from skylimb.symbolic import is_symbolic
 
 Array = Any
@@ -50,6 +51,8 @@ class Robot:
         n_joints: number of shape joints, the length of q.
         n_vectoring: number of vectoring joints, the length of psi.
         n_rotors: number of rotors, the length of a thrust vector.
+        turned: how two or three rotors on arms that turn are flown; None for all other robots.
+        pairs: the robot that laws and supervisor fly: itself, or that of `turned`.
     """
 
     def __init__(self, description: RobotDescription) -> None:
@@ -62,10 +65,12 @@ class Robot:
         self.mass = float(sum(body.mass for body in self.bodies))
         self.weight = self.mass * description.gravity
         q, psi = ca.SX.sym("q", self.n_joints), ca.SX.sym("psi", self.n_vectoring)
+        self.turned = turned_rotors(description)
+        self.pairs = self if self.turned is None else Robot(self.turned.description)
         here = self.posed(q, psi)
         # Equal subexpressions are shared once here rather than in every function that the model is composed
         # into.
-        state = RobotState(*ca.cse([ca.SX(entry) for entry in here.state()]))
+        state = RobotState(*ca.cse([ca.SX(entry) for entry in here.state(self._of_pairs(q))]))
         self._function = ca.Function("robot", [q, psi], list(state), ["q", "psi"], state._fields)
         # All entries in one vector: numbers cross from CasADi once instead of eleven times.
         z3, square, nq, n = np.zeros(3), np.zeros((3, 3)), self.n_joints, self.n_rotors
@@ -82,6 +87,13 @@ class Robot:
             [q, psi],
             [ca.horzcat(*(ca.horzcat(*here.place(link.name)) for link in description.links))],
         )
+
+    def _of_pairs(self, q: Array) -> tuple[Array, Array] | None:
+        """{C} and hover thrusts of a robot that is flown as pairs of fixed rotors."""
+        if self.turned is None:
+            return None
+        hover = self.pairs.model(q, ca.SX(0, 1))
+        return hover.R_root_C, self.turned.command(hover.hover_thrusts)[0]
 
     def __repr__(self) -> str:
         return f"Robot({self.name!r}, {self.mass:.4f} kg, {self.n_joints} joints, {self.n_rotors} rotors)"
@@ -104,7 +116,8 @@ class Robot:
         q = self._angles("joint_angles", joint_angles, self.n_joints)
         psi = self._angles("vectoring_angles", vectoring_angles, self.n_vectoring)
         state = self._layout.unpack(self._numbers(q, psi).full().ravel())
-        condition = _condition(state.allocation_C)
+        of = state if self.turned is None else self.pairs.at(q, np.zeros(0))
+        condition = _condition(of.allocation_C)
         if condition > _CONDITION_MAX:
             raise AllocationError(
                 f"the allocation matrix of '{self.name}' is singular (condition {condition:.1e}) at joint "

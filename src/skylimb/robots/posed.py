@@ -12,7 +12,7 @@ import numpy as np
 
 from skylimb.robots.bodies import Body, Placement
 from skylimb.robots.description import RobotDescription
-from skylimb.robots.hovering import hovering_frame
+from skylimb.robots.hovering import hovering_frame, hovering_in
 from skylimb.robots.kinematics import BodyPose, angular_velocities, body_poses, composite, congruence
 from skylimb.robots.urdf import clean_rotation
 
@@ -31,7 +31,8 @@ class RobotState(NamedTuple):
             after which the net force of the hover thrusts lies along z of {C}.
         inertia_C: (3, 3) composite inertia I about the centre of gravity in {C}, kg m^2.
         allocation_C: (6, n) matrix Q of eq:allocation for wrench in {C}: force rows (-), torque rows (m).
-        hover_thrusts: (n,) thrusts that carry m g along z of {C} without torque, N.
+        hover_thrusts: (n,) thrusts that carry m g along z of {C} without torque, N; of two or three rotors
+            with the vectoring angles of that hover.
         tip_C: (3,) tip in {C}, m.
         tip_root: (3,) tip in the root frame, m.
         tip_jacobian: (3, nq) derivative of tip_root by the joint angles, m/rad.
@@ -101,13 +102,21 @@ class Posed:
             points.append(point - cog)
         return axes, points
 
-    def state(self) -> RobotState:
-        """What the model says."""
+    def state(self, of_pairs: tuple[Array, Array] | None = None) -> RobotState:
+        """What the model says.
+
+        Args:
+            of_pairs: orientation of {C} and hover thrusts, N, (n,), of a robot that is flown as pairs of
+                fixed rotors; by default those of thrusts alone.
+        """
         cog, inertia = composite(self.bodies, self.poses)
         thrust_axes, thrust_points = self.thrust_lines(cog)
         drag = [rotor.drag_torque_coefficient for rotor in self.description.rotors]
         weight, preferred = self.mass * self.description.gravity, self.description.preferred_thrusts
-        hover = hovering_frame(thrust_axes, thrust_points, drag, weight, preferred)
+        if of_pairs is None:
+            hover = hovering_frame(thrust_axes, thrust_points, drag, weight, preferred)
+        else:
+            hover = hovering_in(*of_pairs, thrust_axes, thrust_points, drag)
         tip, _ = self.tool
         R = hover.R_root_C
         return RobotState(

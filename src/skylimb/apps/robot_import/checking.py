@@ -32,6 +32,7 @@ from skylimb.robots.flight_check import (
 from skylimb.robots.flight_file import FlightFile, PostureSection
 from skylimb.robots.loader import FLIGHT_FILE, describe, list_robots, read_description
 from skylimb.robots.model import Robot
+from skylimb.robots.turned_rotors import ENOUGH
 from skylimb.robots.urdf import read_urdf
 from skylimb.robots.validation import check_description
 
@@ -160,7 +161,7 @@ def _with_posture(
     try:
         check_description(description)
         robot = Robot(description)
-        if robot.n_rotors < 4:  # no law flies it, however it stands
+        if robot.pairs.n_rotors < ENOUGH:  # no law flies it, however it stands
             return description, flight
         family = choose_posture(robot)
     except SkylimbError:

@@ -15,6 +15,7 @@ from skylimb.robots.description import RobotDescription
 from skylimb.robots.flight_check import check_few_rotors, check_robot, least_norm_hover
 from skylimb.robots.links import Inertial
 from skylimb.robots.model import Robot
+from skylimb.robots.turned_rotors import ENOUGH
 from skylimb.robots.validation import check_inertial
 
 _STEADY = 0.1
@@ -62,9 +63,9 @@ def faults(
 def flight_doubts(robot: Robot, acting: Actuation) -> Iterator[Doubt]:
     """What keeps a robot from flying, or from flying well."""
     yield from faults(
-        lambda: check_few_rotors(robot), "the rotors", "a control law that moves them, or more rotors"
+        lambda: check_few_rotors(robot), "the rotors", "an arm that turns each of them, or more rotors"
     )
-    if robot.n_rotors >= 4:
+    if robot.pairs.n_rotors >= ENOUGH:
         yield from faults(
             lambda: check_robot(robot), "hover", "look at rotor frames, spins, masses and the nominal posture"
         )

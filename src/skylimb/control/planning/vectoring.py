@@ -94,6 +94,9 @@ def vectoring_table(robot: Robot, purpose: str = "torque", *, cache: bool = True
     which then loses the robot in free flight. With the angles for contact the zero is at 17 rad/s, about the
     axis where the loop is slower.
 
+    A robot that is flown as pairs of fixed rotors takes off with the angles of its nominal posture's hover,
+    whatever the purpose; its laws find the others in flight.
+
     "online" is for a controller that plans its angles in flight (`planning.vectoring_step`): the same angles,
     the best of the nominal posture, at every theta. Nothing is searched but these.
 
@@ -108,6 +111,8 @@ def vectoring_table(robot: Robot, purpose: str = "torque", *, cache: bool = True
             or none let it hover in its nominal posture.
     """
     robot = standing(robot, purpose)
+    if robot.turned is not None:
+        return VectoringTable(robot, _of_pairs(robot)[:, None], ONLINE)
     if purpose == ONLINE:
         return VectoringTable(robot, first_vectoring(robot).angles[:, None], ONLINE)
     criteria, coefficients, digest = _found(robot, _criteria(purpose), cache=cache)
@@ -128,12 +133,19 @@ def nominal_posture(robot: Robot, purpose: str = "torque") -> tuple[np.ndarray, 
     return q, psi
 
 
+def _of_pairs(robot: Robot) -> np.ndarray:
+    """Vectoring angles of the hover of a robot that is flown as pairs of fixed rotors, rad, (nv,)."""
+    assert robot.turned is not None
+    pairs = robot.pairs.at(robot.nominal_posture(), np.zeros(0))
+    return robot.turned.command(pairs.hover_thrusts)[1]
+
+
 def vectoring_file(robot: Robot, purpose: str = "torque") -> tuple[str, str] | None:
     """Name and text of the file that brings a robot's table along, to lie beside its flight TOML.
 
-    None for angles that are planned in flight.
+    None for angles that are planned in flight, and of a robot that is flown as pairs of fixed rotors.
     """
-    if purpose == ONLINE:
+    if purpose == ONLINE or robot.turned is not None:
         return None
     robot = standing(robot, purpose)
     criteria, coefficients, digest = _found(robot, _criteria(purpose))

@@ -103,7 +103,8 @@ def unprotected(robot: Robot, purpose: str, limits: Limits) -> str:
     """The rotors whose loss is not protected, in words; arguments are those of `descents_of`."""
     if not limits.losses:
         return "all, as supervisor.losses is off"
-    every = zip(robot.description.rotors, _descents(robot, purpose).angles, strict=True)
+    # Those of pairs come behind the robot's own.
+    every = zip(robot.description.rotors, _descents(robot, purpose).angles, strict=robot.turned is None)
     return ", ".join(rotor.name for rotor, angles in every if angles is None) or "none"
 
 
@@ -141,6 +142,8 @@ def protecting_posture(robot: Robot, purpose: str, lost: int) -> np.ndarray | No
 
 @functools.lru_cache(maxsize=16)
 def _descents(robot: Robot, purpose: str) -> Descents:
+    if robot.turned is not None:  # neither two nor three rotors can do without one
+        return Descents((None,) * robot.pairs.n_rotors, (None,) * robot.n_joints)
     posture = nominal_posture(robot, purpose)
     rotors = tuple(_without(robot, lost, *posture) for lost in range(robot.n_rotors))
     return Descents(rotors, tuple(_slack(robot, joint, *posture) for joint in range(robot.n_joints)))

@@ -127,6 +127,7 @@ def initial_watch(robot: Robot, imu: bool = False) -> Watch:
         robot: the model.
         imu: whether the controller works on what an IMU measures; else nobody gets it.
     """
+    robot = robot.pairs
     low, psi = robot.thrust_limits()[0], np.clip(np.zeros(robot.n_vectoring), *robot.vectoring_limits())
     q = np.clip(robot.nominal_posture(), *robot.joint_limits())
     return Watch(

@@ -95,9 +95,10 @@ class Supervised:
         pace = state.pace * within(watch.mode, 0.0, RETREAT - 0.5)
         if PACE in signals:
             pace = signals[PACE] = where(made > 0.5, signals[PACE], pace)
+        shares = watch.loss.left[: self.robot.n_rotors]  # of pairs, those along stand first
         word = dot(sight.bits, [float(1 << place) for place in range(sight.bits.shape[0])])
         return (
             State(own, watch, pace),
             command,
-            {**signals, MODE: watch.mode, BITS: word, SHARES: watch.loss.left, LATENESS: watch.late.late},
+            {**signals, MODE: watch.mode, BITS: word, SHARES: shares, LATENESS: watch.late.late},
         )

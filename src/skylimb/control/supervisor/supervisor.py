@@ -24,6 +24,7 @@ from skylimb.control.supervisor.records import Sight, Told, Watch, sound
 from skylimb.control.supervisor.reserve import instead
 from skylimb.control.supervisor.retreat import aimed, turned_to
 from skylimb.control.supervisor.table import CUT, DESCEND, RETREAT, TABLE
+from skylimb.control.thrust_and_angle import as_pairs, from_pairs, with_angles, without_angles
 from skylimb.robots.model import Robot
 from skylimb.symbolic import clip, stack, where, within
 
@@ -51,18 +52,23 @@ def before(
         reference: of the mission.
         dt: control period, s.
     """
-    watch, belief = believed(robot, limits, sound(robot, watch), measured, dt)
+    as_measured, as_asked, pairs = measured, reference, robot.pairs
+    measured, reference = without_angles(robot, measured), without_angles(robot, reference)
+    watch, belief = believed(pairs, limits, sound(pairs, watch), measured, dt)
     found = bits_of(limits, descents, watch, belief)
     mode = TABLE.decided(watch.mode, found)
     watch, flown, aims = aimed(watch, mode, reference, limits.floor, dt)
-    near = turned_to(robot, belief.body, flown)
+    near = turned_to(pairs, belief.body, flown)
     # Who flies by an IMU knows its heading, while the model's goes astray.
     known = within(mode, RETREAT - 0.5, CUT) * (1.0 - belief.stale * belief.speaks)
     flown = chosen(known > 0.5, near, flown)
     clocks = watch.clocks._replace(mode=where(mode == watch.mode, watch.clocks.mode + dt, 0.0))
     asks = watch.started * within(mode, 0.0, DESCEND - 0.5) * within(watch.told.late, 0.0, 0.5) * aims
     bits = stack(*(found[name] for name in TABLE.bits))
-    sight = Sight(belief.measurement, flown, asks, belief.body, belief.faults, bits)
+    seen = belief.measurement
+    if robot.turned is not None:
+        seen, flown = with_angles(seen, as_measured), with_angles(flown, as_asked)
+    sight = Sight(seen, flown, asks, belief.body, belief.faults, bits)
     return watch._replace(mode=mode, clocks=clocks), sight
 
 
@@ -91,6 +97,10 @@ def after(
     Returns:
         What is remembered, the command, and 1 where it is the controller's.
     """
+    rim, robot, wanted = robot, robot.pairs, as_pairs(robot, wanted)
+    sight = sight._replace(
+        measurement=without_angles(rim, sight.measurement), reference=without_angles(rim, sight.reference)
+    )
     made = sight.asks * whole * within(stack(*wanted), -BEYOND, BEYOND)
     clocks = watch.clocks._replace(without=where(made > 0.5, 0.0, watch.clocks.without + 1.0))
     watch = watch._replace(clocks=clocks)
@@ -111,4 +121,5 @@ def after(
         limits.rotor_lag,
         dt,
     )
-    return watch._replace(told=Told(), prediction=prediction, command=command), command, made
+    watch = watch._replace(told=Told(), prediction=prediction, command=command)
+    return watch, from_pairs(rim, command), made
