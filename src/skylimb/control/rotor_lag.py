@@ -16,7 +16,8 @@ from skylimb.control.estimation.records import Wrench
 from skylimb.control.records import Allocated, Command, LawInput
 from skylimb.control.rotor_reaction import Reaction, motor_limits, reaction, reaction_torque
 from skylimb.control.thrusts import rotor_wrench
-from skylimb.symbolic import Array, clip, exp, low_pass
+from skylimb.robots.model import Robot
+from skylimb.symbolic import Array, clip, exp, low_pass, stack
 
 NONE = 1e6
 """A bandwidth that lets every command pass, rad/s."""
@@ -83,7 +84,7 @@ def known_reaction(gains: Any, rotors: Rotors, inputs: LawInput) -> Reaction | N
     """
     if not gains.reaction:
         return None
-    rate = (gains.lead if gains.compensate else 1.0) / gains.time_constant
+    rate = (gains.lead if gains.compensate else 1.0) / time_constants(inputs.robot, gains.time_constant)
     return reaction(inputs.robot, inputs.estimate.body, rotors.thrusts, rate)
 
 
@@ -106,7 +107,8 @@ def allocated(
     limits = inputs.robot.thrust_limits()
     if gains.reaction:
         limits = motor_limits(inputs.robot, rotors.thrusts, gains.time_constant)
-    led = lead_thrusts(gains, rotors, wanted, limits, inputs.dt)
+    lags = time_constants(inputs.robot, gains.time_constant)
+    led = lead_thrusts(gains, rotors, wanted, limits, lags, inputs.dt)
     command = Command(led.command, joint_angles, vectoring_angles)
     return Rotors(led.end, led.command), Allocated(command, made_wrench(gains, rotors, led, inputs))
 
@@ -128,7 +130,22 @@ def made_wrench(gains: Any, rotors: Rotors, led: Led, inputs: LawInput) -> Wrenc
     return made._replace(torque=made.torque + turned)
 
 
-def lead_thrusts(gains: Any, rotors: Rotors, wanted: Array, limits: tuple[Array, Array], dt: float) -> Led:
+def time_constants(robot: Robot, assumed: Any) -> Any:
+    """Of each thrust, s: that of motors is assumed, that of a servo is known; one where all are motors.
+
+    Args:
+        robot: with the rotors.
+        assumed: of a motor, s.
+    """
+    sides = [rotor.side for rotor in robot.description.rotors]
+    if not any(sides):
+        return assumed
+    return stack(*(assumed if side is None else side.lag for side in sides))
+
+
+def lead_thrusts(
+    gains: Any, rotors: Rotors, wanted: Array, limits: tuple[Array, Array], time_constant: Any, dt: float
+) -> Led:
     """The command that makes the rotors follow faster.
 
     Args:
@@ -136,29 +153,31 @@ def lead_thrusts(gains: Any, rotors: Rotors, wanted: Array, limits: tuple[Array,
         rotors: of the last tick.
         wanted: within the limits, N, (n,).
         limits: least and greatest thrust, N, (n,) each.
+        time_constant: of the thrusts, s; one for all, or one for each.
         dt: control period, s.
     """
     if not gains.compensate:
         return Led(wanted, wanted, wanted)
-    thrusts, decay = rotors.thrusts, exp(-dt / gains.time_constant)
+    thrusts, decay = rotors.thrusts, exp(-dt / time_constant)
     # More would lead past the wanted thrust, and ring.
     lead = clip(gains.lead, 1.0, 1.0 / (1.0 - decay))
     command = low_pass(rotors.command, thrusts + lead * (wanted - thrusts), gains.bandwidth, dt)
-    return lagging_thrusts(gains, thrusts, clip(command, limits[0], limits[1]), dt)
+    return lagging_thrusts(gains, thrusts, clip(command, limits[0], limits[1]), time_constant, dt)
 
 
-def lagging_thrusts(gains: Any, thrusts: Array, command: Array, dt: float) -> Led:
+def lagging_thrusts(gains: Any, thrusts: Array, command: Array, time_constant: Any, dt: float) -> Led:
     """How the modelled thrusts follow a command; at once where the lag is not compensated.
 
     Args:
         gains: a `RotorLag`.
         thrusts: modelled now, N, (n,).
         command: within the limits, N, (n,).
+        time_constant: of the thrusts, s; one for all, or one for each.
         dt: control period, s.
     """
     if not gains.compensate:
         return Led(command, command, command)
-    decay = exp(-dt / gains.time_constant)
+    decay = exp(-dt / time_constant)
     away = thrusts - command
-    mean = command + away * (gains.time_constant / dt) * (1.0 - decay)
+    mean = command + away * (time_constant / dt) * (1.0 - decay)
     return Led(command, mean, command + away * decay)

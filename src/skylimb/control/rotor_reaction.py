@@ -5,7 +5,8 @@ close on their wanted ones T_w at a rate r give the wrench
 
     Q T_w + r G (T_w - T),    G_i = -spin_i J_i / (2 k_i Omega_i) (0, z_i),
 
-and the wanted ones are chosen for it. Where lift and torque have a slow unstable zero this would run away, so
+and the wanted ones are chosen for it. A servo that turns a rotor turns its whole angular momentum: the side of
+a pair (`robots.turned_rotors`) has twice that gain, at the speed of its rotor. Where lift and torque have a slow unstable zero this would run away, so
 such a robot is refused before take-off (`flight.feasible`).
 """
 
@@ -45,10 +46,13 @@ def reaction(robot: Robot, body: BodyState, thrusts: Array, rate: Any) -> Reacti
         robot: with the rotors.
         body: at the measured angles.
         thrusts: now, N, (n,).
-        rate: at which they close on their wanted ones, 1/s.
+        rate: at which they close on their wanted ones, 1/s; one for all, or one for each.
     """
     gains = [
-        -rotor.spin * rate * inertia / (2.0 * factor * _speed(thrusts[index], rotor, factor))
+        -rotor.spin
+        * (rate if _all_motors(robot) else rate[index])
+        * inertia
+        / (_halves(rotor) * factor * _speed(_of(thrusts, index, rotor), rotor, factor))
         for index, (rotor, inertia, factor) in enumerate(_turning(robot))
     ]
     axes = body.model.allocation_C[0:3, :]
@@ -65,13 +69,14 @@ def reaction_torque(robot: Robot, body: BodyState, before: Array, after: Array, 
         after: thrusts at its end, N, (n,).
         dt: its length, s.
     """
-    torques = [
-        -rotor.spin
-        * inertia
-        * (_speed(after[index], rotor, factor) - _speed(before[index], rotor, factor))
-        * (1.0 / dt)
-        for index, (rotor, inertia, factor) in enumerate(_turning(robot))
-    ]
+    torques = []
+    for index, (rotor, inertia, factor) in enumerate(_turning(robot)):
+        if rotor.side is None:
+            change = _speed(after[index], rotor, factor) - _speed(before[index], rotor, factor)
+        else:
+            speed = _speed(before[rotor.side.of], rotor, factor)
+            change = (after[index] - before[index]) / (factor * speed)
+        torques.append(-rotor.spin * inertia * change * (1.0 / dt))
     return body.model.allocation_C[0:3, :] @ vector(*torques)
 
 
@@ -105,6 +110,20 @@ def _turning(robot: Robot) -> list[tuple[Rotor, float, float]]:
         (rotor, (rotor.inertia or 0.0) if rotor.thrust_factor else 0.0, rotor.thrust_factor or 1.0)
         for rotor in robot.description.rotors
     ]
+
+
+def _all_motors(robot: Robot) -> bool:
+    return all(rotor.side is None for rotor in robot.description.rotors)
+
+
+def _halves(rotor: Rotor) -> float:
+    """2 for a motor, whose speed goes with the root of the thrust; 1 where a servo turns the rotor."""
+    return 2.0 if rotor.side is None else 1.0
+
+
+def _of(thrusts: Array, index: int, rotor: Rotor) -> Any:
+    """The thrust that says a rotor's speed, N."""
+    return thrusts[index if rotor.side is None else rotor.side.of]
 
 
 def _speed(thrust: Any, rotor: Rotor, factor: float) -> Any:

@@ -54,6 +54,19 @@ class Servos(Fixed):
     speed_limit: np.ndarray
 
 
+@dataclass(frozen=True)
+class Side:
+    """What gives the thrust to the side of a pair in a motor's place: a servo that turns the rotor.
+
+    Attributes:
+        of: number of the rotor along; the speed of both is its own.
+        lag: time constant of the servo, s.
+    """
+
+    of: int
+    lag: float
+
+
 @dataclass(frozen=True, eq=False)
 class Rotor(Fixed):
     """A rotor and its frame {F_i}, whose z axis is the direction of thrust.
@@ -71,6 +84,7 @@ class Rotor(Fixed):
         inertia: of all that turns, about its axis, kg m^2; None where the file does not say.
         torque_max: greatest torque of the motor, driving and braking, N m.
         radius: of its disc, m; None where neither the file nor a drawn propeller says it.
+        side: of a pair, where it is the side (`robots.turned_rotors`); None for a rotor with a motor.
     """
 
     name: str
@@ -86,6 +100,7 @@ class Rotor(Fixed):
     inertia: float | None = None
     torque_max: float = math.inf
     radius: float | None = None
+    side: Side | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -40,8 +40,10 @@ def reaction_zeros(
         J = rotor.inertia if inertia is None else inertia
         if not J or rotor.thrust_factor is None:
             continue
-        speed = math.sqrt(max(state.hover_thrusts[index], rotor.thrust_min, _LEAST) / rotor.thrust_factor)
-        gain = rotor.spin * J / (2.0 * rotor.thrust_factor * speed)
+        # A servo that turns a rotor turns all of its angular momentum (`control.rotor_reaction`).
+        halves, of = (2.0, index) if rotor.side is None else (1.0, rotor.side.of)
+        speed = math.sqrt(max(state.hover_thrusts[of], rotor.thrust_min, _LEAST) / rotor.thrust_factor)
+        gain = rotor.spin * J / (halves * rotor.thrust_factor * speed)
         reaction[3:, index] = -gain * state.allocation_C[:3, index]
     # det(I + s G Q^+) = 0: a zero is minus one over an eigenvalue.
     shares = np.linalg.eigvals(reaction[2:] @ np.linalg.pinv(state.allocation_C[2:]))

@@ -23,7 +23,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from skylimb.base.rotations import rotation_from_axis_angle
-from skylimb.robots.description import RobotDescription, Rotor, Servos
+from skylimb.robots.description import RobotDescription, Rotor, Servos, Side
 from skylimb.robots.links import Fixed, Joint
 from skylimb.symbolic import Array, arctan2, clip, cos, sin, stack
 
@@ -101,7 +101,7 @@ def turned_rotors(description: RobotDescription) -> TurnedRotors | None:
         return None
     start = description.vectoring_start
     along, sides = [], []
-    for (name, R, xyz), rotor in zip(found, description.rotors, strict=True):
+    for index, ((name, R, xyz), rotor) in enumerate(zip(found, description.rotors, strict=True)):
         if not name:
             along.append(rotor)
             continue
@@ -123,9 +123,7 @@ def turned_rotors(description: RobotDescription) -> TurnedRotors | None:
                 R=R.T @ np.column_stack([joint.axis, u, np.cross(joint.axis, u)]),
                 thrust_min=-side,
                 thrust_max=side,
-                lag=_servo_lag(description.vectoring_servos, number),
-                thrust_factor=None,
-                inertia=None,
+                side=Side(index, _servo_lag(description.vectoring_servos, number)),
                 torque_max=math.inf,
                 radius=None,
             )

@@ -145,7 +145,7 @@ def moved(
     thrusts: Array,
     left: Array,
     latency: Any,
-    lag: float,
+    lag: Any,
     dt: float,
 ) -> Prediction:
     """The prediction for the next tick.
@@ -157,7 +157,7 @@ def moved(
         thrusts: that are commanded, N, (n,).
         left: share that each rotor makes of it, (n,).
         latency: of the sensors, s.
-        lag: time constant of the rotors, s.
+        lag: time constant of the rotors, s; one for all, or one for each.
         dt: control period, s.
     """
     made = low_pass(state.thrusts, thrusts, 1.0 / lag, dt)

@@ -16,6 +16,7 @@ from skylimb.control.estimation.prediction import moved
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.missions.reference import Reference
 from skylimb.control.records import Command
+from skylimb.control.rotor_lag import time_constants
 from skylimb.control.supervisor.belief import believed
 from skylimb.control.supervisor.bits import bits_of
 from skylimb.control.supervisor.descents import Descents
@@ -118,7 +119,7 @@ def after(
         command.thrusts,
         where(within(watch.mode, DESCEND, CUT) > 0.5, watch.loss.left, 1.0 + 0.0 * watch.loss.left),
         limits.latency + watch.late.late,
-        limits.rotor_lag,
+        time_constants(robot, limits.rotor_lag),
         dt,
     )
     watch = watch._replace(told=Told(), prediction=prediction, command=command)

@@ -14,7 +14,7 @@ from skylimb.control.corrections import Corrections, for_rotors
 from skylimb.control.estimation.records import Measurement, Signals, Wrench
 from skylimb.control.missions.reference import Reference
 from skylimb.control.records import Allocated, Demand, LawInput
-from skylimb.control.rotor_lag import Rotors, lagging_thrusts, made_wrench
+from skylimb.control.rotor_lag import Rotors, lagging_thrusts, made_wrench, time_constants
 from skylimb.control.slots import Slot
 from skylimb.control.thrusts import rotor_wrench
 from skylimb.symbolic import Array, where
@@ -52,7 +52,8 @@ class AllocationAsFlown:
         lag, known = getattr(gains, "rotor_lag", None), hasattr(new, "rotors")
         end, others = flown, rotor_wrench(inputs.estimate.body, flown)
         if lag is not None and known:
-            led = lagging_thrusts(lag, state.rotors.thrusts, flown, inputs.dt)
+            lags = time_constants(inputs.robot, lag.time_constant)
+            led = lagging_thrusts(lag, state.rotors.thrusts, flown, lags, inputs.dt)
             end, others = led.end, made_wrench(lag, state.rotors, led, inputs)
         # Also false for thrusts that are no numbers.
         differ = [abs(self._flown[i] - command[i]) > 0.0 for i in range(inputs.robot.n_rotors)]
