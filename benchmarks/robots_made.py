@@ -48,8 +48,14 @@ KINDS = {
     ),
     "quadrotor, each arm turns": Made({**STICK, "turning": 1.5}),
     "tricopter, each arm turns": Made({**STICK, "rotors": 3, "turning": 1.5, "mass": 1.2}),
+    "tricopter, its tail turns": Made(
+        {**STICK, "rotors": 3, "turning": 1.5, "fixed": (0, 2), "mass": 1.2}
+    ),
     "bicopter, each arm turns": Made(
         {**STICK, "rotors": 2, "turning": 1.5, "mass": 0.8, "ahead": 0.5}
+    ),
+    "bicopter, rotors above its stick": Made(
+        {**STICK, "rotors": 2, "turning": 1.5, "mass": 0.8, "layers": (0.15,), "mount": "0.1 0 0"}
     ),
 }  # fmt: skip
 """Robots of other kinds, with a stick."""

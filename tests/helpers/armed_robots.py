@@ -36,6 +36,7 @@ def multirotor_with_arm(
     turned: str = "0 0 0",
     layers: tuple[float, ...] = (0.05,),
     turning: float = 0.0,
+    fixed: tuple[int, ...] = (),
     least: float = 0.0,
     heavy: float = 0.0,
     ahead: float = 0.5,
@@ -58,6 +59,7 @@ def multirotor_with_arm(
         turned: roll, pitch and yaw of the arm's or stick's x axis there.
         layers: heights of the rotors, m; with two, each place has two rotors that turn against each other.
         turning: travel of a joint along each rotor's arm that turns it, rad; 0 where there is none.
+        fixed: arms, by number, that do not turn all the same.
         least: thrust of a rotor, N.
         heavy: mass of a battery 0.35 m ahead, kg.
         ahead: where the first rotor is, in rotors from the nose; 0 for one right there.
@@ -72,7 +74,7 @@ def multirotor_with_arm(
             sign = 1 if layer else -1
         x, y = place * math.cos(angle), place * math.sin(angle)
         above, at, canted = "base_link", f"{x} {y} {layers[layer]}", f"{cant * sign} 0 {angle}"
-        if turning:
+        if turning and corner not in fixed:
             parts.append(_link(f"arm_{k}", 0.05, 0.02, ""))
             parts.append(
                 _joint(

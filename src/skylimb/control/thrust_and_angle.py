@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from typing import TypeVar
 
+import numpy as np
+
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.missions.reference import Reference
 from skylimb.control.records import Command
@@ -16,12 +18,15 @@ from skylimb.robots.model import Robot
 
 _T = TypeVar("_T", Measurement, Reference)
 
+_NONE = np.zeros(0)
+"""No angles; of a single symbol CasADi makes a row where nothing is left."""
+
 
 def without_angles(robot: Robot, given: _T) -> _T:
     """A measurement or a reference as the robot of pairs has it; those ahead of it as well."""
     if robot.turned is None:
         return given
-    bare = given._replace(vectoring_angles=given.vectoring_angles[:0])
+    bare = given._replace(vectoring_angles=_NONE)
     if isinstance(bare, Reference):
         return bare._replace(ahead=tuple(without_angles(robot, one) for one in bare.ahead))
     return bare
@@ -37,7 +42,7 @@ def as_pairs(robot: Robot, command: Command) -> Command:
     if robot.turned is None:
         return command
     pairs = robot.turned.pairs(command.thrusts, command.vectoring_angles)
-    return Command(pairs, command.joint_angles, command.vectoring_angles[:0])
+    return Command(pairs, command.joint_angles, _NONE)
 
 
 def from_pairs(robot: Robot, command: Command) -> Command:

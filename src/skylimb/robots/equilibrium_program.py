@@ -63,7 +63,7 @@ def programme_of(robot: Robot, *, levers: bool) -> Programme:
         (leant - size**2) / ca.fmax(size, _COARSE) ** 2 - e,
     ]
     x = ca.vertcat(lean, thrusts, psi, bend, t, h, e)
-    bent = (servo.stiffness * bend - torques[:nq]) / servo.torque_limit
+    bent = (servo.stiffness * bend - torques[:nq, :]) / servo.torque_limit
     limits = ca.vertcat(*rows)
     problem = {
         "x": x,

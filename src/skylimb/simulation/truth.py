@@ -76,7 +76,7 @@ def _kinematics_function(
     cog_velocity = qvel[0:3] + R @ (cross(omega, model.cog_root) + model.cog_jacobian @ rates)
     tip = qpos[0:3] + R @ model.tip_root
     tip_velocity = qvel[0:3] + R @ (
-        cross(omega, model.tip_root) + model.tip_jacobian @ rates[: len(joint_qpos)]
+        cross(omega, model.tip_root) + model.tip_jacobian @ rates[: len(joint_qpos), :]
     )
     R_WC = R @ model.R_root_C
     points = robot.skeleton(q, psi)

@@ -64,7 +64,7 @@ def _difference(
     # A number in the place of none is a difference; none in both is not.
     odd = np.isnan(off) & ~(np.isnan(was) & np.isnan(np.reshape(replayed, was.shape).astype(float)))
     off = np.where(odd, np.inf, np.nan_to_num(off))
-    worst = off.max(axis=1)
+    worst = off.max(axis=1, initial=0.0)  # of a robot without joints there is none
     at = int(np.argmax(worst))
     return Difference(
         name, unit, _rms(np.nan_to_num(was)), _rms(off), float(worst[at]), float(times[at]), same

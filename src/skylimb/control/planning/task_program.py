@@ -124,7 +124,7 @@ def _load_function(robot: Robot) -> ca.Function:
     left, torques = rests(robot, there, psi, lean, thrusts, ca.SX(rot_z(-yaw)) @ p)
     servos, most = description.shape_servos, description.servos.torque_limit * WITHIN.servo
     given = ca.vertcat(torques / most, -torques / most, ca.sumsqr(lean) / WITHIN.tilt**2)
-    bent = (servos.stiffness * bend - torques[:nq]) / servos.torque_limit
+    bent = (servos.stiffness * bend - torques[:nq, :]) / servos.torque_limit
     scale = right_inverse(robot.wrench_function(there, psi)[2:, :])[:, 1:]
     sizes = ca.sqrt(ca.sum2(scale * scale))
     least, high = robot.thrust_limits()

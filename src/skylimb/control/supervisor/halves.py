@@ -11,13 +11,14 @@ import numpy as np
 
 from skylimb.base.bound_function import BoundFunction
 from skylimb.base.packing import Layout
-from skylimb.control.estimation.records import Measurement
+from skylimb.control.estimation.records import Measurement, zero_measurement
 from skylimb.control.missions.reference import Reference, zero_reference
 from skylimb.control.records import Command
 from skylimb.control.supervisor.descents import NO_DESCENTS, descents_of
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Told, initial_watch
 from skylimb.control.supervisor.supervisor import after, before
+from skylimb.control.thrust_and_angle import from_pairs
 from skylimb.robots.model import Robot
 
 
@@ -51,7 +52,8 @@ def compiled(robot: Robot, limits: Limits, ahead: int, dt: float, imu: bool, pur
     """Both halves; see `Halves`."""
     zero, first = zero_reference(robot.n_joints, robot.n_vectoring), initial_watch(robot, imu)
     descents = NO_DESCENTS if purpose is None else descents_of(robot, purpose, limits)
-    watch, command, measurement = Layout(first), Layout(first.command), Layout(first.before)
+    watch, command = Layout(first), Layout(from_pairs(robot, first.command))
+    measurement = Layout(zero_measurement(robot.n_joints, robot.n_vectoring, imu))
     reference = Layout(zero._replace(ahead=(zero,) * ahead))
     sight: Layout[Any] = Layout(())
 

@@ -16,7 +16,9 @@ from skylimb.control.missions.reference import Reference
 from skylimb.control.records import Allocated, Demand, LawInput
 from skylimb.control.rotor_lag import Rotors, lagging_thrusts, made_wrench, time_constants
 from skylimb.control.slots import Slot
+from skylimb.control.thrust_and_angle import as_pairs, from_pairs
 from skylimb.control.thrusts import rotor_wrench
+from skylimb.robots.model import Robot
 from skylimb.symbolic import Array, where
 
 
@@ -28,12 +30,13 @@ class AllocationAsFlown:
 
     Args:
         law: of the allocation slot.
+        robot: the controller's model, as it is described.
         flown: thrusts that were commanded in flight, N, (n,), NaN where they are not known.
         corrections: of a calibrated controller, which commands other thrusts than its law wants.
     """
 
-    def __init__(self, law: Any, flown: Array, corrections: Corrections | None = None) -> None:
-        self._law, self._flown, self._corrections = law, flown, corrections
+    def __init__(self, law: Any, robot: Robot, flown: Array, corrections: Corrections | None = None) -> None:
+        self._law, self._robot, self._flown, self._corrections = law, robot, flown, corrections
 
     def __getattr__(self, name: str) -> Any:
         """What else the law has: `aim`, what it declares."""
@@ -44,11 +47,13 @@ class AllocationAsFlown:
     ) -> tuple[Any, Allocated, Signals]:
         """The law's own step, then the thrusts that were flown in the place of its own."""
         new, given, signals = self._law.step(gains, state, inputs, demand)
-        flown, command = self._flown, given.command.thrusts
+        flown, own = self._flown, from_pairs(self._robot, given.command)
+        command = own.thrusts
         if self._corrections is not None:
             # What the rotors are believed to have made of the flown command.
-            command = for_rotors(self._corrections, given.command).thrusts
-            flown = flown * np.asarray(self._corrections.rotor_scale or (1.0,) * inputs.robot.n_rotors)
+            command = for_rotors(self._corrections, own).thrusts
+            flown = flown * np.asarray(self._corrections.rotor_scale or (1.0,) * self._robot.n_rotors)
+        flown = as_pairs(self._robot, own._replace(thrusts=flown)).thrusts
         lag, known = getattr(gains, "rotor_lag", None), hasattr(new, "rotors")
         end, others = flown, rotor_wrench(inputs.estimate.body, flown)
         if lag is not None and known:
@@ -56,7 +61,7 @@ class AllocationAsFlown:
             led = lagging_thrusts(lag, state.rotors.thrusts, flown, lags, inputs.dt)
             end, others = led.end, made_wrench(lag, state.rotors, led, inputs)
         # Also false for thrusts that are no numbers.
-        differ = [abs(self._flown[i] - command[i]) > 0.0 for i in range(inputs.robot.n_rotors)]
+        differ = [abs(self._flown[i] - command[i]) > 0.0 for i in range(self._robot.n_rotors)]
         other: Any = sum(differ, 0.0) > 0.0
         wrench = Wrench(
             where(other, others.force, given.wrench.force), where(other, others.torque, given.wrench.torque)
@@ -94,7 +99,7 @@ class WithFlownThrusts:
         controller = self._controller
         if isinstance(controller, Cascade):
             slot = controller.preset.slots.allocation
-            law = AllocationAsFlown(slot.law, flown, controller.corrections)
+            law = AllocationAsFlown(slot.law, controller.robot, flown, controller.corrections)
             preset = controller.preset.with_slot("allocation", Slot(slot.name, law, slot.gains))
             controller = dataclasses.replace(controller, preset=preset)
         return controller.step(own, state, measurement, reference, dt)
