@@ -6,8 +6,8 @@ close on their wanted ones T_w at a rate r give the wrench
     Q T_w + r G (T_w - T),    G_i = -spin_i J_i / (2 k_i Omega_i) (0, z_i),
 
 and the wanted ones are chosen for it. A servo that turns a rotor turns its whole angular momentum: the side
-of a pair (`robots.turned_rotors`) has twice that gain, at the speed of its rotor. Where lift and torque have a
-slow unstable zero this would run away, so such a robot is refused before take-off (`flight.feasible`).
+of a pair (`robots.turned_rotors`) has twice that gain, at the speed of its rotor. Where lift and torque have
+a slow unstable zero this would run away, so such a robot is refused before take-off (`flight.feasible`).
 """
 
 from __future__ import annotations

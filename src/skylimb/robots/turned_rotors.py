@@ -118,7 +118,7 @@ def turned_rotors(description: RobotDescription) -> TurnedRotors | None:
         sides.append(
             replace(
                 rotor,
-                name=f"{rotor.name}, to the side",
+                name=f"{rotor.name}_side",
                 xyz=R.T @ (at - (at @ u) * u - xyz),
                 R=R.T @ np.column_stack([joint.axis, u, np.cross(joint.axis, u)]),
                 thrust_min=-side,

@@ -24,7 +24,7 @@ def require_excited(record: Record) -> None:
     moved = (
         float(record.position[used].std(axis=0).max()),
         float(np.sqrt(0.5 * (turned**2).sum(axis=(1, 2)).mean())),
-        float(record.angles[used].std(axis=0).max()),
+        float(record.angles[used].std(axis=0).max(initial=0.0)),
     )
     if all(found < least for found, least in zip(moved, LEAST_MOTION, strict=True)):
         raise ConfigError(

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import tempfile
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from skylimb.analysis.recording.origin import TABLE
 from skylimb.analysis.recording.run import LOG_FILE, Run
 from skylimb.base.errors import ConfigError
 from skylimb.flight.experiments.experiment import Experiment
 from skylimb.flight.public import Progress, run
+from skylimb.flight.replay.replay import experiment_of
 from skylimb.robots.description import GRAVITY
 from skylimb.robots.loader import load_robot
 from skylimb.robots.model import Robot
@@ -82,7 +85,18 @@ def robot_of(flown: Run) -> Robot:
     if not name:
         raise ConfigError(f"the log of '{flown.name}' does not say of which robot it is")
     # Flights of before gravity was a key were planned with the standard one.
-    return load_robot(name, float(config.get("gravity", GRAVITY)))
+    gravity = float(config.get("gravity", GRAVITY))
+    if name not in flown.sources:
+        if name in config.get(TABLE, {}).get("files", {}):
+            raise ConfigError(
+                f"the log of '{flown.name}' comes without its robot's files, {Path(name).parent}; name the "
+                "folder of the flight, which has them beside its log"
+            )
+        return load_robot(name, gravity)
+    # A robot of the user's own, as its files were when it flew.
+    with tempfile.TemporaryDirectory() as folder:
+        experiment, _ = experiment_of(flown, Path(folder), {})
+        return load_robot(experiment.robot, gravity)
 
 
 def calibration_from(flown: Run, robot: Robot) -> Calibration:

@@ -199,8 +199,10 @@ def record_of(run: Run, robot: Robot) -> Record:
     quaternion = np.where(fresh[:, None], columns[QUATERNION], [1.0, 0.0, 0.0, 0.0])
     encoders = np.concatenate([columns[JOINTS], columns[VECTORING]], axis=1)
     width = max(5, 2 * round(0.5 * _SMOOTHED / dt) + 1)
-    angles = np.asarray(savgol_filter(encoders, width, 3, axis=0))
-    rates = np.asarray(savgol_filter(encoders, width, 3, deriv=1, delta=dt, axis=0))
+    angles, rates = encoders, encoders
+    if encoders.shape[1]:  # SciPy fits no polynomial to the encoders of a robot without joints
+        angles = np.asarray(savgol_filter(encoders, width, 3, axis=0))
+        rates = np.asarray(savgol_filter(encoders, width, 3, deriv=1, delta=dt, axis=0))
     stride, fresh = _in_step(fresh, dt)
     return Record(
         robot,

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from skylimb.analysis.pages.pages import inlined, render_page
+from skylimb.analysis.recording.origin import write_sources
 from skylimb.analysis.recording.run import LOG_FILE, Run
 from skylimb.analysis.viewer.page import viewer_html
 from skylimb.base.files import new_folder
@@ -77,7 +78,7 @@ def write_calibration(made: Calibration, folder: str | Path, flown: Run | None =
     Args:
         made: the calibration.
         folder: it must not exist.
-        flown: the flight, whose log.nc is kept beside them, and which the report shows again.
+        flown: the flight, whose log.nc and files are kept beside them, and which the report shows again.
 
     Returns:
         The folder.
@@ -89,6 +90,7 @@ def write_calibration(made: Calibration, folder: str | Path, flown: Run | None =
         (staging / FILE).write_text(made.text, encoding="utf-8")
         if flown is not None:
             flown.save(staging / LOG_FILE)
+            write_sources(flown.sources, staging)
         figures = staging / "figures"
         figures.mkdir()
         captions = write_figures(made, figures)

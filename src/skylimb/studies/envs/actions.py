@@ -14,6 +14,7 @@ from skylimb.control.estimation.records import Measurement
 from skylimb.control.missions.reference import Reference
 from skylimb.control.planning.vectoring import nominal_posture
 from skylimb.control.records import Command
+from skylimb.control.thrust_and_angle import from_pairs
 from skylimb.control.user_controller import user_controller
 from skylimb.flight.drivers.native.lockstep import LockStep
 from skylimb.flight.takeoff import Takeoff
@@ -147,12 +148,13 @@ class Commanded:
 
 
 class Direct:
-    """Passes on what is commanded; the vectoring angles are the mission's."""
+    """Passes on what is commanded; the vectoring angles are the mission's, or those of pairs."""
 
     name = "direct"
 
     def __init__(self, robot: Robot) -> None:
-        hover = robot.at(*nominal_posture(robot, "torque"))
+        self._robot, pairs = robot, robot.pairs
+        hover = pairs.at(*nominal_posture(pairs, "torque"))
         self._given = Commanded(tuple(map(float, hover.hover_thrusts)), (0.0,) * robot.n_joints)
 
     def gains(self) -> Commanded:
@@ -168,13 +170,17 @@ class Direct:
     ) -> tuple[Any, Command, dict[str, Any]]:
         """The command that the gains are."""
         joints = reference.joint_angles + gains.bend
-        return state, Command(gains.thrusts, joints, reference.vectoring_angles), {}
+        command = Command(gains.thrusts, joints, reference.vectoring_angles)
+        return state, from_pairs(self._robot, command), {}
 
 
 def commands(takeoff: Takeoff, bend: float) -> Numbers:
-    """Acts on thrusts, from least to greatest, and on joints, about the mission's posture."""
+    """Acts on thrusts, from least to greatest, and on joints, about the mission's posture.
+
+    Thrusts are those of pairs where the robot is flown so (`robots.turned_rotors`).
+    """
     layout = Layout(takeoff.controller.gains())
-    rotors, joints = takeoff.robot.description.rotors, takeoff.robot.n_joints
+    rotors, joints = takeoff.robot.pairs.description.rotors, takeoff.robot.n_joints
     low = np.array([*(rotor.thrust_min for rotor in rotors), *[-bend] * joints])
     high = np.array([*(rotor.thrust_max for rotor in rotors), *[bend] * joints])
     names = *(f"thrust_{rotor.name}" for rotor in rotors), *(f"bend_{i}" for i in range(joints))
