@@ -1,24 +1,25 @@
-"""Rotors on arms that turn, as fixed ones: how robots of two and three rotors are flown.
+"""Rotors that joints turn, as fixed ones: how robots of two and three rotors are flown.
 
-Two or three thrusts leave lift or a torque out; where their arms turn, angles make up for it. The thrust T of
-a rotor whose axis u turns about a by an angle d from its first place is
+Two or three thrusts leave lift or a torque out; where joints turn the rotors, angles make up for it. The
+thrust T of a rotor whose axis u is turned about a, across it, by an angle d from its first place is
 
     T u(d) = T cos(d) u(0) + T sin(d) (a x u(0)),
 
-so its wrench is linear in two numbers, T cos(d) and T sin(d), drag included. A pair of fixed rotors gives the
-same: one along u(0), one to the side. Laws and supervisor fly the robot of such pairs, which has four rotors
-and more and no vectoring joint, and every pair becomes a thrust and an angle where a command leaves them
-(`skylimb.control.thrust_and_angle`).
+so its wrench is linear in the two numbers T cos(d) and T sin(d), drag included. Two fixed rotors give the
+same: one along u(0), one to the side; a gimbal of two joints has two sides. Laws and supervisor fly the robot
+of such fixed rotors, its pairs, which has four rotors and more and no vectoring joint. Where a command leaves
+them, thrust and angles are taken from it again (`skylimb.control.thrust_and_angle`).
 
-The side rotor stands where the joint's axis meets the plane across u(0), so the torque is exact for a rotor
-whose thrust goes through the axis; one that goes by at a distance e is off by e T (1 - cos(d)). Mass and
-inertia are those of the first angles.
+A side acts where the joint's axis meets the plane across u(0), so the torque is exact for a rotor whose thrust
+goes through the axis; one that goes by at a distance e is off by e T (1 - cos(d)). Mass and inertia are those
+of the first angles.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,13 +32,13 @@ ENOUGH = 4
 """Rotors that can give lift and three torques by their thrusts."""
 
 SIDE = 0.4
-"""Share of its greatest thrust that a rotor gives to the side; the rest of it is for what is along."""
+"""Share of its greatest thrust that a rotor gives to a side; what is left of it along is the rest."""
 
 _LEAST = 0.01
-"""Share of the greatest thrust that a turned rotor keeps: without thrust it has no direction."""
+"""Share of the greatest thrust that a rotor keeps along: without thrust it has no direction."""
 
 _ACROSS = 1e-3
-"""Cosine between joint and thrust from which on the joint does not turn the thrust across itself."""
+"""Cosine between axes from which on they do not count as across each other."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,32 +46,35 @@ class TurnedRotors(Fixed):
     """The robot of pairs, and what a pair stands for.
 
     Attributes:
-        description: with fixed rotors: the robot's own, then one to the side for each that turns.
-        joints: vectoring joint that turns each of the robot's rotors, by number; -1 where none does, (n,).
+        description: with fixed rotors: the robot's own, then the sides of each, from the outer joint in.
+        joints: numbers of the vectoring joints that turn each of the robot's rotors, the outer one first.
         start: vectoring angles from which a pair counts, rad, (nv,).
         low: least angle of each joint from there, rad, (nv,).
         high: greatest angle of each joint from there, rad, (nv,).
     """
 
     description: RobotDescription
-    joints: tuple[int, ...]
+    joints: tuple[tuple[int, ...], ...]
     start: np.ndarray
     low: np.ndarray
     high: np.ndarray
 
     def pairs(self, thrusts: Array, angles: Array) -> Array:
-        """Thrusts of the pairs, N: those along, then those to the side.
+        """Thrusts of the pairs, N: those along, then those to the sides.
 
         Args:
             thrusts: of the robot, N, (n,).
             angles: of its vectoring joints, rad, (nv,).
         """
         along, sides = [], []
-        for index, joint in enumerate(self.joints):
-            turn = angles[joint] - self.start[joint] if joint >= 0 else 0.0
-            along.append(thrusts[index] * cos(turn))
-            if joint >= 0:
-                sides.append(thrusts[index] * sin(turn))
+        for index, joints in enumerate(self.joints):
+            left, own = thrusts[index], []
+            for joint in reversed(joints):
+                turn = angles[joint] - self.start[joint]
+                own.insert(0, left * sin(turn))
+                left = left * cos(turn)
+            along.append(left)
+            sides += own
         return stack(*along, *sides)
 
     def command(self, pairs: Array) -> tuple[Array, Array]:
@@ -79,90 +83,98 @@ class TurnedRotors(Fixed):
         Where a joint's limit is nearer than the angle of a pair, the thrust is what lies along the rotor.
         """
         thrusts, angles, count = [], {}, len(self.joints)
-        for index, joint in enumerate(self.joints):
+        for index, joints in enumerate(self.joints):
             along = pairs[index]
-            if joint < 0:
-                thrusts.append(along)
-                continue
-            side = pairs[count + len(angles)]
-            turn = clip(arctan2(side, along), self.low[joint], self.high[joint])
-            thrusts.append(along * cos(turn) + side * sin(turn))
-            angles[joint] = self.start[joint] + turn
+            for joint in joints:
+                side = pairs[count + len(angles)]
+                turn = clip(arctan2(side, along), self.low[joint], self.high[joint])
+                along = along * cos(turn) + side * sin(turn)
+                angles[joint] = self.start[joint] + turn
+            thrusts.append(along)
         return stack(*thrusts), stack(*(angles[joint] for joint in sorted(angles)))
 
 
 def turned_rotors(description: RobotDescription) -> TurnedRotors | None:
     """The robot of pairs; None for enough rotors, and where joints do not turn one rotor each, across it."""
-    if len(description.rotors) >= ENOUGH or not description.vectoring_joints:
+    names = description.vectoring_joints
+    if len(description.rotors) >= ENOUGH or not names:
         return None
-    found = [_joint_of(description, rotor) for rotor in description.rotors]
-    turning = [name for name, _, _ in found if name]
-    if sorted(turning) != sorted(description.vectoring_joints):
+    found = [_turns(description, rotor) for rotor in description.rotors]
+    if sorted(turn.name for turns in found for turn in turns) != sorted(names):
         return None
-    start = description.vectoring_start
     along, sides = [], []
-    for index, ((name, R, xyz), rotor) in enumerate(zip(found, description.rotors, strict=True)):
-        if not name:
-            along.append(rotor)
-            continue
-        number = description.vectoring_joints.index(name)
-        joint = description.joint(name)
-        u, at = R @ rotor.R[:, 2], xyz + R @ rotor.xyz
-        if abs(float(u @ joint.axis)) > _ACROSS:
+    for index, (turns, rotor) in enumerate(zip(found, description.rotors, strict=True)):
+        axes = [rotor.R[:, 2], *(turn.axis for turn in turns)]
+        if np.abs(np.triu([[one @ other for one in axes] for other in axes], 1)).max() > _ACROSS:
             return None
-        side = min(SIDE, math.sin(min(_travel(joint, start[number]), 0.5 * math.pi))) * rotor.thrust_max
-        most = math.sqrt(rotor.thrust_max**2 - side**2)
-        along.append(
-            replace(rotor, thrust_min=max(rotor.thrust_min, _LEAST * rotor.thrust_max), thrust_max=most)
-        )
-        sides.append(
-            replace(
-                rotor,
-                name=f"{rotor.name}_side",
-                xyz=R.T @ (at - (at @ u) * u - xyz),
-                R=R.T @ np.column_stack([joint.axis, u, np.cross(joint.axis, u)]),
-                thrust_min=-side,
-                thrust_max=side,
-                side=Side(index, _servo_lag(description.vectoring_servos, number)),
-                torque_max=math.inf,
-                radius=None,
-            )
-        )
+        own = [_side(description, rotor, index, turn) for turn in turns]
+        along.append(_along(rotor, own) if own else rotor)
+        sides += own
+    start, of = description.vectoring_start, [description.joint(name) for name in names]
     fixed = replace(
         description,
         rotors=(*along, *sides),
         joints=tuple(_stiff(description, joint) for joint in description.joints),
         vectoring_joints=(),
-        vectoring_servos=_none(description.vectoring_servos),
+        vectoring_servos=Servos(**{key: np.zeros(0) for key in vars(description.vectoring_servos)}),
         vectoring_start=np.zeros(0),
         preferred_thrusts=None,
     )
-    joints = tuple(description.vectoring_joints.index(name) if name else -1 for name, _, _ in found)
-    of = [description.joint(name) for name in description.vectoring_joints]
+    joints = tuple(tuple(names.index(turn.name) for turn in turns) for turns in found)
     low, high = (np.array([getattr(one, end) for one in of]) - start for end in ("lower", "upper"))
     return TurnedRotors(fixed, joints, start, low, high)
 
 
-def _joint_of(description: RobotDescription, rotor: Rotor) -> tuple[str, np.ndarray, np.ndarray]:
-    """The vectoring joint that turns a rotor, and the pose of the rotor's link in the joint's child link.
+class _Turn(NamedTuple):
+    """A vectoring joint above a rotor: its name, its axis and a point of it in the rotor's link, m."""
 
-    The name is empty where no vectoring joint is between the rotor and the next joint that bends.
-    """
+    name: str
+    axis: np.ndarray
+    point: np.ndarray
+
+
+def _turns(description: RobotDescription, rotor: Rotor) -> list[_Turn]:
+    """The vectoring joints between a rotor and the next joint that bends, the outer one first."""
     above = {joint.child: joint for joint in description.joints}
     R, xyz, link = np.eye(3), np.zeros(3), rotor.link
+    turns: list[_Turn] = []
     while link in above:
         joint = above[link]
-        if joint.name in description.vectoring_joints:
-            return joint.name, R, xyz
-        if joint.kind != "fixed":
+        vectoring = joint.name in description.vectoring_joints
+        if vectoring:
+            turns.insert(0, _Turn(joint.name, R.T @ joint.axis, -R.T @ xyz))
+        elif joint.kind != "fixed":
             break
-        R, xyz, link = joint.R @ R, joint.xyz + joint.R @ xyz, joint.parent
-    return "", R, xyz
+        still = _stiff(description, joint)
+        R, xyz, link = still.R @ R, still.xyz + still.R @ xyz, joint.parent
+    return turns
 
 
-def _travel(joint: Joint, start: float) -> float:
-    """How far a joint turns to the nearer side, rad."""
-    return max(min(joint.upper - start, start - joint.lower), 0.0)
+def _side(description: RobotDescription, rotor: Rotor, index: int, turn: _Turn) -> Rotor:
+    """What a joint gives of a rotor's thrust to the side."""
+    number = description.vectoring_joints.index(turn.name)
+    start, servos = description.vectoring_start[number], description.vectoring_servos
+    joint, u = description.joint(turn.name), rotor.R[:, 2]
+    travel = max(min(joint.upper - start, start - joint.lower), 0.0)
+    most = min(SIDE, math.sin(min(travel, 0.5 * math.pi))) * rotor.thrust_max
+    lag = max(float(servos.damping[number] / servos.stiffness[number]), 1e-3)
+    return replace(
+        rotor,
+        name=f"{rotor.name}_side{'' if len(_turns(description, rotor)) == 1 else f'_{turn.name}'}",
+        xyz=rotor.xyz - ((rotor.xyz - turn.point) @ u) * u,
+        R=np.column_stack([turn.axis, u, np.cross(turn.axis, u)]),
+        thrust_min=-most,
+        thrust_max=most,
+        side=Side(index, lag),
+        torque_max=math.inf,
+        radius=None,
+    )
+
+
+def _along(rotor: Rotor, sides: list[Rotor]) -> Rotor:
+    """What is left of a rotor along, whatever it gives to its sides."""
+    most = math.sqrt(rotor.thrust_max**2 - sum(side.thrust_max**2 for side in sides))
+    return replace(rotor, thrust_min=max(rotor.thrust_min, _LEAST * rotor.thrust_max), thrust_max=most)
 
 
 def _stiff(description: RobotDescription, joint: Joint) -> Joint:
@@ -171,11 +183,3 @@ def _stiff(description: RobotDescription, joint: Joint) -> Joint:
         return joint
     angle = description.vectoring_start[description.vectoring_joints.index(joint.name)]
     return replace(joint, kind="fixed", R=joint.R @ rotation_from_axis_angle(joint.axis, float(angle)))
-
-
-def _servo_lag(servos: Servos, number: int) -> float:
-    return max(float(servos.damping[number] / servos.stiffness[number]), 1e-3)
-
-
-def _none(servos: Servos) -> Servos:
-    return replace(servos, **{key: np.zeros(0) for key in vars(servos)})
