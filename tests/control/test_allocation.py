@@ -201,7 +201,7 @@ def test_rotors_that_lag_are_led_and_known(at: LawInput, demand: Demand, robot: 
     gains = numeric(pseudoinverse.Gains(rotor_lag=RotorLag(compensate=True, lead=3.0)))
     body, limits = at.estimate.body, robot.thrust_limits()
     wanted = allocate(body, demand.aimed, TORQUE, limits).total
-    led = lead_thrusts(gains.rotor_lag, at_rest(START), wanted, limits, DT)
+    led = lead_thrusts(gains.rotor_lag, at_rest(START), wanted, limits, gains.rotor_lag.time_constant, DT)
     assert np.abs(led.command - wanted).max() > 0.1
     state, given, _ = pseudoinverse.step(gains, pseudoinverse.State(np.zeros(3), at_rest(START)), at, demand)
     np.testing.assert_array_equal(given.command.thrusts, led.command)
@@ -224,7 +224,7 @@ def test_the_law_with_moves_leaves_the_side_force_to_them(
     before = vectored.State(np.array([0.1, 0.0, -0.2]), at_rest(START), np.array([0.05, -0.02, 0.03, 0.01]))
     state, given, signals = vectored.step(gains, before, at, demand)
     wanted = allocate(body, demand.force, TORQUE, limits, hold_lift=True).total
-    led = lead_thrusts(gains.rotor_lag, at_rest(START), wanted, limits, DT)
+    led = lead_thrusts(gains.rotor_lag, at_rest(START), wanted, limits, gains.rotor_lag.time_constant, DT)
     np.testing.assert_array_equal(given.command.thrusts, led.command)
     np.testing.assert_array_equal(state.rotors.thrusts, led.end)
     np.testing.assert_allclose(given.wrench.torque, rotor_wrench(body, led.mean).torque)

@@ -15,7 +15,7 @@ def test_the_lead_makes_a_first_order_lag_faster() -> None:
     decay = np.exp(-DT / fine / 0.05)
     found = []
     for _ in range(40):
-        command, mean, end = lead_thrusts(gains, at_rest(modelled), wanted, limits, DT)
+        command, mean, end = lead_thrusts(gains, at_rest(modelled), wanted, limits, gains.time_constant, DT)
         # The rotors as they are, in small steps.
         total = 0.0
         for _ in range(fine):
@@ -33,7 +33,9 @@ def test_the_lead_makes_a_first_order_lag_faster() -> None:
 
 def test_the_command_stays_within_the_limits_and_the_model_knows_it() -> None:
     gains, limits = RotorLag(compensate=True, lead=10.0), (np.array([1.0]), np.array([12.0]))
-    command, _, end = lead_thrusts(gains, at_rest(np.array([5.0])), np.array([20.0]), limits, DT)
+    command, _, end = lead_thrusts(
+        gains, at_rest(np.array([5.0])), np.array([20.0]), limits, gains.time_constant, DT
+    )
     assert command[0] == 12.0
     assert 5.0 < end[0] < 12.0
 
@@ -43,7 +45,7 @@ def test_rotors_without_a_lag_are_not_led_into_ringing(lag: float) -> None:
     gains, limits = RotorLag(compensate=True, time_constant=lag, lead=3.0), (np.zeros(1), np.full(1, 30.0))
     end = np.array([5.0])
     for _ in range(10):
-        _, _, end = lead_thrusts(gains, at_rest(end), np.array([10.0]), limits, DT)
+        _, _, end = lead_thrusts(gains, at_rest(end), np.array([10.0]), limits, gains.time_constant, DT)
         assert end[0] <= 10.0 + 1e-9
     assert end[0] == pytest.approx(10.0, abs=1e-6)
 
@@ -59,7 +61,7 @@ def test_a_bandwidth_takes_the_jumps_off_the_led_command() -> None:
             [],
         )
         for one in wanted:
-            led = lead_thrusts(gains, rotors, one, limits, DT)
+            led = lead_thrusts(gains, rotors, one, limits, gains.time_constant, DT)
             rotors = Rotors(led.end, led.command)
             commands.append(led.command[0])
         jumps.append(np.std(np.diff(commands)))

@@ -227,7 +227,7 @@ torque_limit = 0.8
 """
 
 TOML_FAULTS = {
-    "a rotor missing": ((ROTOR, ""), DescriptionError, ["has 3 rotors", "by thrusts alone"]),
+    "a rotor missing": ((ROTOR, ""), DescriptionError, ["has 3 rotors", "joints that turn one rotor each"]),
     "unknown link of a rotor": (
         ('link = "rotor4"', 'link = "roto4"'),
         UnknownNameError,

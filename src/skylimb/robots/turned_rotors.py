@@ -10,9 +10,10 @@ same: one along u(0), one to the side; a gimbal of two joints has two sides. Law
 of such fixed rotors, its pairs, which has four rotors and more and no vectoring joint. Where a command leaves
 them, thrust and angles are taken from it again (`skylimb.control.thrust_and_angle`).
 
-A side acts where the joint's axis meets the plane across u(0), so the torque is exact for a rotor whose thrust
-goes through the axis; one that goes by at a distance e is off by e T (1 - cos(d)). Mass and inertia are those
-of the first angles.
+Joints count from where the search for vectoring angles begins; the inner one of a gimbal from zero, where
+the axes of joints and rotor are across each other. A side acts where its joint's axis meets the plane across
+u(0), so the torque is exact where axes and thrust meet; what goes by at a distance e is off by up to
+e T (1 - cos(d)). Mass and inertia are those of the first angles.
 """
 
 from __future__ import annotations
@@ -99,7 +100,10 @@ def turned_rotors(description: RobotDescription) -> TurnedRotors | None:
     names = description.vectoring_joints
     if len(description.rotors) >= ENOUGH or not names:
         return None
-    found = [_turns(description, rotor) for rotor in description.rotors]
+    inner = {turn.name for rotor in description.rotors for turn in _turns(description, rotor)[1:]}
+    start = [0.0 if n in inner else a for n, a in zip(names, description.vectoring_start, strict=True)]
+    there = replace(description, vectoring_start=np.array(start))
+    found = [_turns(there, rotor) for rotor in description.rotors]
     if sorted(turn.name for turns in found for turn in turns) != sorted(names):
         return None
     along, sides = [], []
@@ -107,22 +111,22 @@ def turned_rotors(description: RobotDescription) -> TurnedRotors | None:
         axes = [rotor.R[:, 2], *(turn.axis for turn in turns)]
         if np.abs(np.triu([[one @ other for one in axes] for other in axes], 1)).max() > _ACROSS:
             return None
-        own = [_side(description, rotor, index, turn) for turn in turns]
+        own = [_side(there, rotor, index, turn, alone=len(turns) == 1) for turn in turns]
         along.append(_along(rotor, own) if own else rotor)
         sides += own
-    start, of = description.vectoring_start, [description.joint(name) for name in names]
     fixed = replace(
         description,
         rotors=(*along, *sides),
-        joints=tuple(_stiff(description, joint) for joint in description.joints),
+        joints=tuple(_stiff(there, joint) for joint in description.joints),
         vectoring_joints=(),
         vectoring_servos=Servos(**{key: np.zeros(0) for key in vars(description.vectoring_servos)}),
         vectoring_start=np.zeros(0),
         preferred_thrusts=None,
     )
     joints = tuple(tuple(names.index(turn.name) for turn in turns) for turns in found)
+    of = [description.joint(name) for name in names]
     low, high = (np.array([getattr(one, end) for one in of]) - start for end in ("lower", "upper"))
-    return TurnedRotors(fixed, joints, start, low, high)
+    return TurnedRotors(fixed, joints, there.vectoring_start, low, high)
 
 
 class _Turn(NamedTuple):
@@ -150,7 +154,7 @@ def _turns(description: RobotDescription, rotor: Rotor) -> list[_Turn]:
     return turns
 
 
-def _side(description: RobotDescription, rotor: Rotor, index: int, turn: _Turn) -> Rotor:
+def _side(description: RobotDescription, rotor: Rotor, index: int, turn: _Turn, *, alone: bool) -> Rotor:
     """What a joint gives of a rotor's thrust to the side."""
     number = description.vectoring_joints.index(turn.name)
     start, servos = description.vectoring_start[number], description.vectoring_servos
@@ -160,7 +164,7 @@ def _side(description: RobotDescription, rotor: Rotor, index: int, turn: _Turn) 
     lag = max(float(servos.damping[number] / servos.stiffness[number]), 1e-3)
     return replace(
         rotor,
-        name=f"{rotor.name}_side{'' if len(_turns(description, rotor)) == 1 else f'_{turn.name}'}",
+        name=f"{rotor.name}_side{'' if alone else f'_{turn.name}'}",
         xyz=rotor.xyz - ((rotor.xyz - turn.point) @ u) * u,
         R=np.column_stack([turn.axis, u, np.cross(turn.axis, u)]),
         thrust_min=-most,
