@@ -17,6 +17,9 @@ from skylimb.control.shape import recentring
 from skylimb.control.translation import following
 from skylimb.robots.model import Robot
 
+KINDS = {"tilting", "pushing", "chain", "pairs", "pushing_pairs"}
+"""Tables that are of no robot by name."""
+
 
 def test_the_presets_hold_the_papers_gains(robot: Robot) -> None:
     hybrid = load_controller("hybrid", robot)
@@ -161,7 +164,7 @@ def test_a_wrong_table_of_a_robot_is_refused(tmp_path: Path, robot: Robot, text:
 
 @pytest.mark.parametrize("name", preset_names())
 def test_every_robot_that_a_preset_names_ships_and_can_be_flown_by_it(name: str) -> None:
-    for other in preset_mapping(name)[0].get("robots", {}).keys() - {"tilting", "pushing", "chain"}:
+    for other in preset_mapping(name)[0].get("robots", {}).keys() - KINDS:
         assert isinstance(load_controller(name, skylimb.load_robot(other)), Cascade)
 
 

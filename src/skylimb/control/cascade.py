@@ -95,7 +95,10 @@ class Cascade:
         gains = handed(self.preset, robot, gains, self.gains())
         if self.corrections is not None:
             measurement = turned_back(self.corrections, measurement)
-        measurement, reference = (without_angles(self.robot, one) for one in (measurement, reference))
+        measurement, reference = (
+            without_angles(self.robot, measurement),
+            without_angles(self.robot, reference),
+        )
 
         # 1. What is known of body and external wrench.
         sensed = Sensed(robot, measurement, reference, dt)

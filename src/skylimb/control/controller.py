@@ -137,7 +137,7 @@ def cascade_from_tables(
     """
     mapping = copy.deepcopy(dict(tables))
     overrides = overrides or {}
-    names, imu = (robot.name, kind_of(robot.pairs)), bool(overrides.get(IMU_KEY))
+    names, imu = (robot.name, kind_of(robot)), bool(overrides.get(IMU_KEY))
     case = of_case(mapping, names, imu, f"controller {path.stem}")
     for table in (ROBOTS, IMU):
         mapping.pop(table, None)

@@ -6,8 +6,10 @@ close on their wanted ones T_w at a rate r give the wrench
     Q T_w + r G (T_w - T),    G_i = -spin_i J_i / (2 k_i Omega_i) (0, z_i),
 
 and the wanted ones are chosen for it. A servo that turns a rotor turns its whole angular momentum: the side
-of a pair (`robots.turned_rotors`) has twice that gain, at the speed of its rotor. Where lift and torque have
-a slow unstable zero this would run away, so such a robot is refused before take-off (`flight.feasible`).
+of a pair (`robots.turned_rotors`) has twice that gain, at the speed of its rotor. Thrusts of pairs are chosen
+for that alone: sides that answer the motors' reaction, and thrusts that answer the sides', end in zeros that
+are hardly damped (at 14 to 18 rad/s, docs/reports/robots.md), and flights are lost. Where lift and torque have
+a slow unstable zero all of this would run away, so such a robot is refused before take-off (`flight.feasible`).
 """
 
 from __future__ import annotations
@@ -40,7 +42,7 @@ class Reaction(NamedTuple):
 
 
 def reaction(robot: Robot, body: BodyState, thrusts: Array, rate: Any) -> Reaction:
-    """What rotors do by their reaction; nothing where the robot's files say no inertia.
+    """What rotors do by their reaction, of pairs their sides; nothing where the robot's files say no inertia.
 
     Args:
         robot: with the rotors.
@@ -48,13 +50,18 @@ def reaction(robot: Robot, body: BodyState, thrusts: Array, rate: Any) -> Reacti
         thrusts: now, N, (n,).
         rate: at which they close on their wanted ones, 1/s; one for all, or one for each.
     """
-    gains = [
-        -rotor.spin
-        * (rate if _all_motors(robot) else rate[index])
-        * inertia
-        / (_halves(rotor) * factor * _speed(_of(thrusts, index, rotor), rotor, factor))
-        for index, (rotor, inertia, factor) in enumerate(_turning(robot))
-    ]
+    motors = all(rotor.side is None for rotor in robot.description.rotors)
+    gains: list[Any] = []
+    for index, (rotor, inertia, factor) in enumerate(_turning(robot)):
+        if motors:
+            gains.append(
+                -rotor.spin * rate * inertia / (2.0 * factor * _speed(thrusts[index], rotor, factor))
+            )
+        elif rotor.side is None:
+            gains.append(0.0)
+        else:
+            speed = _speed(thrusts[rotor.side.of], rotor, factor)
+            gains.append(-rotor.spin * rate[index] * inertia / (factor * speed))
     axes = body.model.allocation_C[0:3, :]
     return Reaction(_TORQUE_ROWS @ (axes @ diagonal(vector(*gains))), thrusts)
 
@@ -110,20 +117,6 @@ def _turning(robot: Robot) -> list[tuple[Rotor, float, float]]:
         (rotor, (rotor.inertia or 0.0) if rotor.thrust_factor else 0.0, rotor.thrust_factor or 1.0)
         for rotor in robot.description.rotors
     ]
-
-
-def _all_motors(robot: Robot) -> bool:
-    return all(rotor.side is None for rotor in robot.description.rotors)
-
-
-def _halves(rotor: Rotor) -> float:
-    """2 for a motor, whose speed goes with the root of the thrust; 1 where a servo turns the rotor."""
-    return 2.0 if rotor.side is None else 1.0
-
-
-def _of(thrusts: Array, index: int, rotor: Rotor) -> Any:
-    """The thrust that says a rotor's speed, N."""
-    return thrusts[index if rotor.side is None else rotor.side.of]
 
 
 def _speed(thrust: Any, rotor: Rotor, factor: float) -> Any:

@@ -32,9 +32,15 @@ def inputs_at(
 def kind_of(robot: Robot) -> str:
     """What a robot is to a preset: "tilting" or "pushing" for a side force; "chain" or "vectoring".
 
+    Those of two or three rotors, which are flown as pairs of fixed ones (`robots.turned_rotors`), tilt as
+    "pairs" or push as "pushing_pairs": their sides are as slow as servos.
+
     A chain's links carry its rotors; with vectoring joints it is "vectoring". A multirotor whose arms turn
     counts as tilting: its body is as light, and its arms turn slowly.
     """
+    if robot.turned is not None:
+        kind = kind_of(robot.pairs)
+        return {"tilting": "pairs", "pushing": "pushing_pairs"}.get(kind, kind)
     if robot.n_vectoring:
         return "vectoring" if carried_by_joints(robot) else "tilting"
     if carried_by_joints(robot):
