@@ -8,8 +8,9 @@ close on their wanted ones T_w at a rate r give the wrench
 and the wanted ones are chosen for it. A servo that turns a rotor turns its whole angular momentum: the side
 of a pair (`robots.turned_rotors`) has twice that gain, at the speed of its rotor. Thrusts of pairs are chosen
 for that alone: sides that answer the motors' reaction, and thrusts that answer the sides', end in zeros that
-are hardly damped (at 14 to 18 rad/s, docs/reports/robots.md), and flights are lost. Where lift and torque have
-a slow unstable zero all of this would run away, so such a robot is refused before take-off (`flight.feasible`).
+are hardly damped (at 14 to 18 rad/s, docs/reports/robots.md), and flights are lost. Where lift and torque
+have a slow unstable zero all of this would run away, so such a robot is refused before take-off
+(`flight.feasible`).
 """
 
 from __future__ import annotations
