@@ -3,7 +3,8 @@
     measurement -> before: belief, bits, table, reference -> controller -> after: command or another, limits
 
 It may hand the controller another measurement and another reference, and command in its place. Both halves
-are pure, on numbers and on symbols: the same lines fly in simulation, on a robot and as exported C.
+are pure, on numbers and on symbols: the same lines fly in simulation, on a robot and as exported C. A robot
+of two or three rotors is watched as its robot of pairs (`control.thrust_and_angle`).
 """
 
 from __future__ import annotations
@@ -98,18 +99,17 @@ def after(
     Returns:
         What is remembered, the command, and 1 where it is the controller's.
     """
-    rim, robot, wanted = robot, robot.pairs, as_pairs(robot, wanted)
-    sight = sight._replace(
-        measurement=without_angles(rim, sight.measurement), reference=without_angles(rim, sight.reference)
-    )
+    pairs, wanted = robot.pairs, as_pairs(robot, wanted)
+    seen, asked = without_angles(robot, sight.measurement), without_angles(robot, sight.reference)
+    sight = sight._replace(measurement=seen, reference=asked)
     made = sight.asks * whole * within(stack(*wanted), -BEYOND, BEYOND)
     clocks = watch.clocks._replace(without=where(made > 0.5, 0.0, watch.clocks.without + 1.0))
     watch = watch._replace(clocks=clocks)
     # What the controller believes to be made of its command is made, as far as the rotor can.
     share = clip(watch.loss.left, LEAST_SHARE, 1.0)
     own = wanted._replace(thrusts=wanted.thrusts / share)
-    command = chosen(made > 0.5, own, instead(robot, limits, descents, watch, sight, dt))
-    bounds = robot.thrust_limits(), robot.joint_limits(), robot.vectoring_limits()
+    command = chosen(made > 0.5, own, instead(pairs, limits, descents, watch, sight, dt))
+    bounds = pairs.thrust_limits(), pairs.joint_limits(), pairs.vectoring_limits()
     parts = zip(command, watch.command, bounds, strict=True)
     command = Command(*(clip(numbers(part, last), *limit) for part, last, limit in parts))
     prediction = moved(
@@ -119,8 +119,8 @@ def after(
         command.thrusts,
         where(within(watch.mode, DESCEND, CUT) > 0.5, watch.loss.left, 1.0 + 0.0 * watch.loss.left),
         limits.latency + watch.late.late,
-        time_constants(robot, limits.rotor_lag),
+        time_constants(pairs, limits.rotor_lag),
         dt,
     )
     watch = watch._replace(told=Told(), prediction=prediction, command=command)
-    return watch, from_pairs(rim, command), made
+    return watch, from_pairs(robot, command), made
