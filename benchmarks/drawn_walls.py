@@ -3,8 +3,8 @@
     python benchmarks/drawn_walls.py                    the tables of docs/reports/robots.md, some minutes
     python benchmarks/drawn_walls.py --only bicopter --set allocation.rotor_lag.reaction=false
 
-Each draw: friction 0.1 to 0.6, thrust 2 % and mass 1 % off, the centre of gravity up to 10 mm along each axis,
-latency 10 to 30 ms (20 are assumed). The same draws for every robot and controller.
+Each draw: friction 0.1 to 0.6, thrust 2 % and mass 1 % off, the centre of gravity up to 10 mm along each
+axis, latency 10 to 30 ms (20 are assumed). The same draws for every robot and controller.
 """
 
 from __future__ import annotations
