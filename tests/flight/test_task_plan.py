@@ -11,6 +11,7 @@ import pytest
 import trimesh
 
 import skylimb
+from made_robots import chain
 from skylimb.apps.cli import main
 from skylimb.base.errors import ConfigError, DescriptionError, UnreachableError
 from skylimb.base.rotations import rot_z
@@ -211,6 +212,13 @@ def test_what_cannot_be_planned_is_refused(robot):
 
 
 @pytest.mark.slow
+def test_two_and_three_rotors_are_not_planned_for(tmp_path):
+    few = skylimb.load_robot(str(chain(tmp_path, links=3, turns=("1 0 0",))))
+    paper = skylimb.load_experiment("paper")
+    with pytest.raises(ConfigError, match="3 rotors that joints turn; postures are planned for"):
+        plan_posture(paper, few, skylimb.load_controller("hybrid", few))
+
+
 def test_a_push_that_nothing_holds_is_refused(robot):
     controller = skylimb.load_controller("hybrid", robot)
     with pytest.raises(UnreachableError) as caught:

@@ -127,12 +127,17 @@ def plan_posture(
             "margin" whatever is not lost.
 
     Raises:
-        ConfigError: the experiment touches nothing, or its path stands still.
+        ConfigError: the experiment touches nothing, its path stands still, or two or three rotors turn.
         UnreachableError: no posture can do it, or none of those that can be held flies well enough.
     """
     if not experiment.approach.contact:
         raise ConfigError(
             f"experiment {experiment.name} touches nothing (approach.contact); there is nothing to plan"
+        )
+    if robot.turned is not None:
+        raise ConfigError(
+            f"'{robot.name}' has {robot.n_rotors} rotors that joints turn; postures are planned for robots "
+            "of four rotors and more, whose thrusts give lift and torques"
         )
     needs = needs_of(controller)
     robot = standing(robot, needs.vectoring)
