@@ -52,7 +52,7 @@ def test_laws_see_no_vectoring_angles_whether_one_or_many(robot: Robot, tmp_path
     bare = without_angles(robot, reference)
     assert bare.vectoring_angles.shape == bare.ahead[0].vectoring_angles.shape == (0,)
     measured = zero_measurement(2, 3)._replace(vectoring_angles=PSI)
-    assert with_angles(without_angles(robot, measured), measured) == measured
+    assert with_angles(robot, without_angles(robot, measured), measured) == measured
     # Of a single symbol CasADi would make a row of nothing.
     one = zero_measurement(0, 1)._replace(vectoring_angles=ca.SX.sym("psi"))
     assert without_angles(robot, one).vectoring_angles.shape == (0,)

@@ -32,9 +32,9 @@ def without_angles(robot: Robot, given: _T) -> _T:
     return bare
 
 
-def with_angles(given: _T, of: _T) -> _T:
-    """The same with the vectoring angles of another one."""
-    return given._replace(vectoring_angles=of.vectoring_angles)
+def with_angles(robot: Robot, given: _T, of: _T) -> _T:
+    """What the robot of pairs has, with the vectoring angles of another one."""
+    return given if robot.turned is None else given._replace(vectoring_angles=of.vectoring_angles)
 
 
 def as_pairs(robot: Robot, command: Command) -> Command:

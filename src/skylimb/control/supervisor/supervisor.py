@@ -67,9 +67,8 @@ def before(
     clocks = watch.clocks._replace(mode=where(mode == watch.mode, watch.clocks.mode + dt, 0.0))
     asks = watch.started * within(mode, 0.0, DESCEND - 0.5) * within(watch.told.late, 0.0, 0.5) * aims
     bits = stack(*(found[name] for name in TABLE.bits))
-    seen = belief.measurement
-    if robot.turned is not None:
-        seen, flown = with_angles(seen, as_measured), with_angles(flown, as_asked)
+    seen = with_angles(robot, belief.measurement, as_measured)
+    flown = with_angles(robot, flown, as_asked)
     sight = Sight(seen, flown, asks, belief.body, belief.faults, bits)
     return watch._replace(mode=mode, clocks=clocks), sight
 
