@@ -235,6 +235,9 @@ SIGNALS: dict[str, SignalInfo] = {
     "lateness_estimate": SignalInfo(
         _SCALAR, "s", "", "how much later than assumed measurements are", "estimate"
     ),
+    "rotor_slowness_estimate": SignalInfo(
+        _SCALAR, "s", "", "by how much more than assumed the rotors lag", "estimate"
+    ),
     "supervisor_bits": SignalInfo(
         _SCALAR, "", "", "bits of the supervisor's table as a number, the first one lowest", "estimate"
     ),

@@ -1,7 +1,8 @@
-"""The gains of a controller whose measurements come later than it was tuned for.
+"""The gains of a controller whose measurements come later than it was tuned for, or whose rotors are slower.
 
 Three sets: its own, while they are in time; its own with the latency that is seen, as long as that holds the
-attitude; and a soft attitude beside it for those that come later still, with which it flies back.
+attitude; and a soft attitude beside it for those that come later still, with which it flies back. Of rotors
+that are slower their lag is believed.
 """
 
 from __future__ import annotations
@@ -11,26 +12,29 @@ from typing import Any
 from skylimb.base.packing import Layout
 from skylimb.symbolic import Array, stack, where
 
-LATENCY, STIFFNESS = "estimation.delay.latency", "attitude.normalized_stiffness"
+LATENCY, LAG = "estimation.delay.latency", "allocation.rotor_lag.time_constant"
+STIFFNESS = "attitude.normalized_stiffness"
 """Gains that change, where a controller has them."""
 
 MOST, SOFT = 0.06, 0.25
 """Lateness that the attitude's own stiffness bears, s, and the share of it that bears more."""
 
 
-def late_gains(layout: Layout[Any], gains: Array, late: Any) -> Array:
+def late_gains(layout: Layout[Any], gains: Array, late: Any, slow: Any) -> Array:
     """Flat gains, in numbers or symbols.
 
     Args:
         layout: of the gains.
         gains: the controller's own.
         late: how much later than assumed measurements are, s; 0 leaves every bit as it is.
+        slow: by how much more than assumed the rotors lag, s; likewise.
     """
     if not layout.size:
         return gains
-    changes = {
-        name: gains[place] + late if name == LATENCY else gains[place] * where(late > MOST, SOFT, 1.0)
-        for name, place in layout.slices.items()
-        if name in (LATENCY, STIFFNESS)
+    changed = {
+        LATENCY: lambda own: own + late,
+        LAG: lambda own: own + slow,
+        STIFFNESS: lambda own: own * where(late > MOST, SOFT, 1.0),
     }
-    return stack(*(changes.get(name, gains[place]) for name, place in layout.slices.items()))
+    parts = [(changed.get(name), gains[place]) for name, place in layout.slices.items()]
+    return stack(*(own if change is None else change(own) for change, own in parts))

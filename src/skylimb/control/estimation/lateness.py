@@ -1,8 +1,17 @@
-"""How late measurements are: which of a bank of latencies makes commands and measured turning fit best.
+"""How late measurements are, and how slow the rotors: what of a bank makes commands and turning fit best.
 
 The torque that the rotors make shows in the measured turning one latency later. For each latency of the bank
-what is left of the one, once the other is taken off, is low-passed alike; what acts from outside is the same
-in all of them. So the right one leaves least as soon as the robot makes any motion of its own, in hover too.
+what is left of the one, once the other is taken off, is low-passed alike; what acts from outside changes
+slowly, and is taken off as a mean. So the right one leaves least as soon as the robot makes any motion of its
+own, in hover too.
+
+Rotors that are slower than they are believed to be, T for T_0, turn the robot late as well. With x the torque
+of the believed ones, theirs is
+
+    y = (1 + s T_0) / (1 + s T) x = (T_0 / T) x + (1 - T_0 / T) x / (1 + s T),
+
+one latency later. A latency of 25 ms and a lag of 50 ms look much alike, so rotors are believed to be slow
+only where the stamps say that frames are in time, and a latency that no stamp tells of is believed later.
 """
 
 from __future__ import annotations
@@ -16,6 +25,9 @@ from skylimb.symbolic import Array, abs, between, clip, dot, low_pass, right_inv
 
 BANK = (0.0, 0.025, 0.05, 0.075, 0.1)
 """Latencies that are tried, beyond the assumed one, s."""
+
+SLOW = (0.0, 0.05, 0.075)
+"""Lags of the rotors that are tried, beyond the assumed one, s."""
 
 _DEPTH = 26
 _RATE, _MEAN, _MEMORY = 30.0, 5.0, 5.0
@@ -31,9 +43,15 @@ SAID, SAID_FITS, SAID_PLAIN = 0.0125, 0.9, 0.004
 `FITS` and `PLAIN` on the way to more latency. Stamps alone prove nothing: a clock that was set says the like
 of frames that are in time."""
 
-WARM, HEARD = 0.5, 0.2
-"""Time for which the mean is formed before anything counts, and then for which it counts before anything is
-judged, s: by chance one moment fits any latency."""
+IN_TIME = 0.02
+"""By how much at most the stamps say that frames are late where slow rotors are believed, s."""
+
+BENDS = 0.02
+"""What arms that bend and servos that give way add to the lateness of what turns the robot, s."""
+
+WARM, HEARD, PATIENT = 0.5, 0.2, 0.7
+"""Time for which the means are formed before anything counts, and then for which it counts before anything is
+judged, and before a latency is of which the stamps say nothing, s: by chance one moment fits any."""
 
 STEP = 0.051
 """By how much more than before is believed at a time, s."""
@@ -43,34 +61,47 @@ class Lateness(NamedTuple):
     """What is remembered.
 
     Attributes:
-        made: low-passed torques of the rotors, newest first, C, N m.
+        made: low-passed torques of the rotors, as they are believed to lag, newest first, C, N m.
         turned: the low-passed change of angular momentum, C, N m, (3,).
         momentum: of the last tick, C, kg m^2/s, (3,).
-        outside: mean of what the assumed latency leaves, C, N m, (3,).
-        misfits: mean square of what each latency leaves, (rad/s^2)^2.
+        slowed: torque that the stamps say to be seen, low-passed by each lag of `SLOW`, C, N m, (3,) each.
+        outside: mean of what the assumed latency, and then each lag, leaves, C, N m, (3,) each.
+        misfits: mean square of the rest, (rad/s^2)^2.
         late: how much later than assumed measurements are, s.
-        time: for which the mean has been formed, and then for which it has been counted, s.
+        slow: by how much more than assumed the rotors lag, s.
+        time: for which the means have been formed, and then for which it has been counted, s.
     """
 
     made: tuple[Array, ...] = (np.zeros(3),) * _DEPTH
     turned: Array = np.zeros(3)
     momentum: Array = np.zeros(3)
-    outside: Array = np.zeros(3)
-    misfits: Array = np.zeros(len(BANK))
+    slowed: tuple[Array, ...] = (np.zeros(3),) * len(SLOW)
+    outside: tuple[Array, ...] = (np.zeros(3),) * (1 + len(SLOW))
+    misfits: Array = np.zeros(len(BANK) + len(SLOW))
     late: Any = 0.0
+    slow: Any = 0.0
     time: Any = 0.0
 
 
 def lateness(
-    state: Lateness, body: BodyState, torque: Array, latency: float, said: Any, fresh: Any, dt: float
+    state: Lateness,
+    body: BodyState,
+    torque: Array,
+    latency: float,
+    lag: float,
+    said: Any,
+    fresh: Any,
+    dt: float,
 ) -> Lateness:
     """One step.
 
     Args:
         state: of the last tick.
         body: as measured.
-        torque: of the rotors less the gyroscopic one, over the last tick, C, N m, (3,).
+        torque: of the rotors less the gyroscopic one, over the last tick, as they are believed to lag, C,
+            N m, (3,).
         latency: that is assumed, s.
+        lag: of the rotors that is assumed, s.
         said: by how much later than that the stamps say that the body is measured, s.
         fresh: 1 where the body is measured, and was so for a while.
         dt: control period, s.
@@ -79,18 +110,45 @@ def lateness(
     change = (momentum - state.momentum) * (1.0 / dt)
     turned = low_pass(state.turned, change, _RATE, dt)
     made = (low_pass(state.made[0], torque, _RATE, dt), *state.made[:-1])
+    seen = [between(made, clip((latency + late) / dt, 0.0, _DEPTH - 1.0)) for late in BANK]
+    stamped = between(made, clip((latency + BENDS + clip(said, -IN_TIME, IN_TIME)) / dt, 0.0, _DEPTH - 1.0))
+    slowed, others = [], [lag + slow for slow in SLOW]
+    for was, other in zip(state.slowed, others, strict=True):
+        slowed.append(low_pass(was, stamped, 1.0 / other, dt))
+        share = (lag + state.slow) / other
+        seen.append(share * stamped + (1.0 - share) * slowed[-1])
+    left = [turned - each for each in seen]
+    averaged = (left[0], *left[len(BANK) :])
+    outside = tuple(low_pass(was, each, _MEAN, dt) for was, each in zip(state.outside, averaged, strict=True))
     inverse = right_inverse(body.model.inertia_C)
-    left = [turned - between(made, clip((latency + late) / dt, 0.0, _DEPTH - 1.0)) for late in BANK]
-    outside = low_pass(state.outside, left[0], _MEAN, dt)
-    squares = []
-    for each in left:
-        rest = inverse @ (each - outside)
-        squares.append(dot(rest, rest))
+    # A latency that does not fit would take away with its own mean what it should be told by.
+    means = (outside[0],) * len(BANK) + outside[1:]
+    rests = [inverse @ (each - mean) for each, mean in zip(left, means, strict=True)]
     # An error of the model, such as a centre of gravity that lies elsewhere, has to be in the mean first.
     warm = within(state.time, WARM, np.inf)
     fresh = fresh * warm
-    time = clip(state.time + where(warm > 0.5, fresh * dt, dt), 0.0, WARM + HEARD + dt)
-    misfits = low_pass(state.misfits, vector(*squares), _MEMORY * fresh, dt)
+    time = clip(state.time + where(warm > 0.5, fresh * dt, dt), 0.0, WARM + PATIENT + dt)
+    squares = vector(*(dot(rest, rest) for rest in rests))
+    misfits = low_pass(state.misfits, squares, _MEMORY * fresh, dt)
+    found = state._replace(
+        made=made,
+        turned=turned,
+        momentum=momentum,
+        slowed=tuple(slowed),
+        outside=outside,
+        misfits=misfits,
+        time=time,
+    )
+    slow = _slow(found, said)
+    other = abs(slow - state.slow) > 1e-6
+    # With other rotors all is heard anew.
+    late, time = where(other, 0.0, _late(found, said)), where(other, WARM, time)
+    return found._replace(late=late, slow=slow, time=time)
+
+
+def _late(state: Lateness, said: Any) -> Any:
+    """The latency that is believed next."""
+    misfits = state.misfits
     best, late, present = misfits[0], 0.0 * misfits[0], misfits[0]
     for index, each in enumerate(BANK):
         # What is far from what was believed is believed in steps: the first moments are ambiguous.
@@ -102,5 +160,18 @@ def lateness(
     agreed = within(said - late, -SAID, SAID) * where(late > state.late, 1.0, 0.0) > 0.5
     fits, plain = where(agreed, SAID_FITS, FITS), where(agreed, SAID_PLAIN, PLAIN)
     clear = where(best < fits * present, 1.0, 0.0) * where(present - best > plain, 1.0, 0.0)
-    clear = clear * within(time, WARM + HEARD, np.inf)
-    return Lateness(made, turned, momentum, outside, misfits, where(clear > 0.5, late, state.late), time)
+    heard = where(within(said, -IN_TIME, IN_TIME) > 0.5, PATIENT, HEARD)
+    return where(clear * within(state.time - heard, WARM, np.inf) > 0.5, late, state.late)
+
+
+def _slow(state: Lateness, said: Any) -> Any:
+    """The lag of the rotors that is believed next, beyond the assumed one."""
+    misfits = state.misfits[len(BANK) :]
+    best, slow, present = misfits[0], 0.0 * misfits[0], misfits[0]
+    for index, each in enumerate(SLOW):
+        better = misfits[index] < best
+        slow, best = where(better, each, slow), where(better, misfits[index], best)
+        present = where(abs(state.slow - each) < 1e-6, misfits[index], present)
+    clear = where(best < FITS * present, 1.0, 0.0) * where(present - best > PLAIN, 1.0, 0.0)
+    heard = within(state.time, WARM + HEARD, np.inf) * within(said, -IN_TIME, IN_TIME)
+    return where(clear * heard > 0.5, slow, state.slow)

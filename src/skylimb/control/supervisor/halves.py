@@ -91,6 +91,7 @@ class Halves:
         mode: number of the mode.
         started: whether a pose was believed yet.
         late: how much later than assumed measurements are, s.
+        slow: by how much more than assumed the rotors lag, s.
     """
 
     def __init__(
@@ -113,7 +114,7 @@ class Halves:
         given = [self._looked, self._seen, self._asked, self._sound]
         self._act = BoundFunction(made.act, given, [self._state, self._command, self._own])
         self.sight: Any = None
-        self.mode, self.started, self.late = 0.0, False, 0.0
+        self.mode, self.started, self.late, self.slow = 0.0, False, 0.0, 0.0
 
     def look(self, told: Told, measurement: Measurement | None, reference: Reference) -> Any:
         """What the controller is given; see `before`."""
@@ -127,6 +128,7 @@ class Halves:
         self.mode = self._looked[self._made.watch.slices["mode"]][0]
         self.started = self._looked[self._made.watch.slices["started"]][0] > 0.5
         self.late = float(self._looked[self._made.watch.slices["late.late"]][0])
+        self.slow = float(self._looked[self._made.watch.slices["late.slow"]][0])
         return self.sight
 
     def act(self, wanted: Command | None) -> tuple[Command, bool]:

@@ -22,7 +22,7 @@ from skylimb.control.supervisor.table import RETREAT
 from skylimb.symbolic import dot, where, within
 
 MODE, BITS = "supervisor_mode", "supervisor_bits"
-SHARES, LATENESS = "rotor_shares_estimate", "lateness_estimate"
+SHARES, LATENESS, SLOWNESS = "rotor_shares_estimate", "lateness_estimate", "rotor_slowness_estimate"
 """Signals: the mode's number, the bits of the table as one whole number, the first one lowest; what is left
 of each rotor, and how much later than assumed measurements are."""
 
@@ -80,7 +80,7 @@ class Supervised:
         )
         if self._limits.losses:
             named = Layout(gains)
-            gains = named.unpack(late_gains(named, named.pack(gains), watch.late.late))
+            gains = named.unpack(late_gains(named, named.pack(gains), watch.late.late, watch.late.slow))
         new, wanted, signals = self._controller.step(gains, state.own, sight.measurement, sight.reference, dt)
         layout = Layout(state.own)
         made_state, old_state = layout.pack(new), layout.pack(state.own)
@@ -100,5 +100,12 @@ class Supervised:
         return (
             State(own, watch, pace),
             command,
-            {**signals, MODE: watch.mode, BITS: word, SHARES: shares, LATENESS: watch.late.late},
+            {
+                **signals,
+                MODE: watch.mode,
+                BITS: word,
+                SHARES: shares,
+                LATENESS: watch.late.late,
+                SLOWNESS: watch.late.slow,
+            },
         )

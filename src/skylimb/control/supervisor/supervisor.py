@@ -118,7 +118,7 @@ def after(
         command.thrusts,
         where(within(watch.mode, DESCEND, CUT) > 0.5, watch.loss.left, 1.0 + 0.0 * watch.loss.left),
         limits.latency + watch.late.late,
-        time_constants(pairs, limits.rotor_lag),
+        time_constants(pairs, limits.rotor_lag + watch.late.slow),
         dt,
     )
     watch = watch._replace(told=Told(), prediction=prediction, command=command)

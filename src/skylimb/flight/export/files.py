@@ -118,6 +118,7 @@ _ABOUT = {
     "signals.supervisor_bits": "what is wrong, a bit each",
     "signals.rotor_shares_estimate": "of its thrust that each rotor has left",
     "signals.lateness_estimate": "how much later than assumed measurements are, s",
+    "signals.rotor_slowness_estimate": "by how much more than assumed the rotors lag, s",
     "command.thrusts": "N",
     "command.joint_angles": "rad",
     "command.vectoring_angles": "rad",

@@ -124,7 +124,7 @@ class GuardedController:
             self.flown = sight.reference
         layout = getattr(self._controller, "gain_layout", None)
         if layout is not None and self._limits.losses:
-            gains = late_gains(layout, gains, halves.late)
+            gains = late_gains(layout, gains, halves.late, halves.slow)
         if sight.asks > 0.5:
             new, command, own = self._asked(gains, state, sight.measurement, sight.reference, dt)
             if command is not None or not self._own:
