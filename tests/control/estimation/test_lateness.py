@@ -1,4 +1,4 @@
-"""A bank of latencies: the one that is true is found from small motions, whatever pushes from outside."""
+"""A bank of latencies and lags: what is true is found from small motions, whatever pushes from outside."""
 
 from __future__ import annotations
 
@@ -8,23 +8,31 @@ import pytest
 
 import skylimb
 from skylimb.base.packing import Layout
-from skylimb.control.estimation.lateness import BANK, HEARD, WARM, Lateness, lateness
+from skylimb.control.estimation.lateness import (
+    BANK,
+    BENDS,
+    PATIENT,
+    SLOW,
+    WARM,
+    Lateness,
+    lateness,
+)
 from skylimb.control.estimation.records import BodyState
 from skylimb.control.late_gains import MOST
 
-ROBOT, DT, ASSUMED = skylimb.load_robot("hydrus_xi_quad"), 0.005, 0.015
+ROBOT, DT, ASSUMED, LAG = skylimb.load_robot("hydrus_xi_quad"), 0.005, 0.015, 0.05
 MODEL = ROBOT.at(ROBOT.nominal_posture(), np.zeros(ROBOT.n_vectoring))
 INERTIA = np.asarray(MODEL.inertia_C)
 STATE = Layout(Lateness())
 
 
 def stepper() -> ca.Function:
-    """A compiled step of the bank: (state, rates that are seen, torque) -> state."""
+    """A compiled step of the bank: (state, rates that are seen, torque, said, touch) -> state."""
     flat, seen, torque = ca.SX.sym("state", STATE.size), ca.SX.sym("seen", 3), ca.SX.sym("torque", 3)
-    said = ca.SX.sym("said")
+    said, touch = ca.SX.sym("said"), ca.SX.sym("touch")
     body = BodyState(np.zeros(3), np.zeros(3), np.eye(3), seen, MODEL)
-    new = lateness(STATE.unpack(flat), body, torque, ASSUMED, said, 1.0, DT)
-    return ca.Function("step", [flat, seen, torque, said], [ca.densify(STATE.pack(new))])
+    new = lateness(STATE.unpack(flat), body, torque, ASSUMED, LAG, said, 1.0, touch, DT)
+    return ca.Function("step", [flat, seen, torque, said, touch], [ca.densify(STATE.pack(new))])
 
 
 STEP = stepper()
@@ -53,7 +61,7 @@ def found(
     for tick in range(round(seconds / DT)):
         past, begun = [rates, *past[:-1]], tick >= round(since / DT)
         seen = past[round((ASSUMED + late * begun) / DT)] + 0.003 * rng.normal(size=3)
-        state = STEP(state, seen, torque, said * begun).full().ravel()
+        state = STEP(state, seen, torque, said * begun, 0.0).full().ravel()
         believed.append(float(STATE.unpack(state).late))
         torque = 0.95 * torque + size * INERTIA @ (rng.normal(size=3) - 2.0 * rates)
         rates = rates + DT * np.linalg.solve(INERTIA, torque + outside)
@@ -89,8 +97,55 @@ def test_stamps_alone_prove_nothing(said: float) -> None:
 @pytest.mark.parametrize(("believed", "other", "goes"), [(0.0, 0.05, True), (0.05, 0.0, False)])
 def test_stamps_ease_the_way_to_more_latency_alone(believed: float, other: float, goes: bool) -> None:
     """Slow rotors fit a latency that no stamp tells of; it is left on clear evidence alone."""
-    misfits = np.full(len(BANK), 1.0)
+    misfits = np.full(len(BANK) + len(SLOW), 1.0)
     misfits[BANK.index(other)] = 0.85  # between the two thresholds
-    ready = Lateness(misfits=misfits, late=believed, time=WARM + HEARD)
-    state = STEP(STATE.pack(ready), np.zeros(3), np.zeros(3), other).full().ravel()
+    ready = Lateness(misfits=misfits, late=believed, time=WARM + PATIENT)
+    state = STEP(STATE.pack(ready), np.zeros(3), np.zeros(3), other, 0.0).full().ravel()
     assert float(STATE.unpack(state).late) == (other if goes else believed)
+
+
+def slowness(
+    slow: float, *, late: float = 0.0, said: float = 0.0, touched: bool = False
+) -> tuple[float, float]:
+    """What is believed of lag and latency after five seconds of a robot whose rotors are slower, s.
+
+    Args:
+        slow: by how much more than assumed they lag, s.
+        late: how much later than assumed its measurements are, beside what its arm makes of that, s.
+        said: what the stamps say, s.
+        touched: whether its tip is to touch.
+    """
+    rng, state = np.random.default_rng(4), STATE.pack(Lateness())
+    command, made, modelled, rates, past = (
+        np.zeros(3),
+        np.zeros(3),
+        np.zeros(3),
+        np.zeros(3),
+        [np.zeros(3)] * 40,
+    )
+    believed = Lateness()
+    for _ in range(round(5.0 / DT)):
+        past = [rates, *past[:-1]]
+        seen = past[round((ASSUMED + BENDS + late) / DT)] + 0.003 * rng.normal(size=3)
+        state = STEP(state, seen, modelled, said, float(touched)).full().ravel()
+        believed = STATE.unpack(state)
+        command = 0.95 * command + 0.2 * INERTIA @ (rng.normal(size=3) - rates)
+        made = made + (1.0 - np.exp(-DT / (LAG + slow))) * (command - made)
+        modelled = modelled + (1.0 - np.exp(-DT / (LAG + float(believed.slow)))) * (command - modelled)
+        rates = rates + DT * np.linalg.solve(INERTIA, made)
+    return float(believed.slow), float(believed.late)
+
+
+@pytest.mark.parametrize("slow", SLOW)
+def test_slow_rotors_are_found_where_frames_are_in_time(slow: float) -> None:
+    found, late = slowness(slow)
+    assert found == slow
+    assert late < MOST
+
+
+def test_slow_rotors_are_not_looked_for_where_the_stamps_tell_of_latency_or_the_tip_touches() -> None:
+    assert slowness(0.05, said=0.05)[0] == 0.0
+    assert slowness(0.05, touched=True)[0] == 0.0
+    found, late = slowness(0.0, late=0.05, said=0.05)
+    assert found == 0.0
+    assert late > 0.0

@@ -15,7 +15,13 @@ REPLAYED = "replayed"
 """Attribute of a replayed run's log: the name of the run that was recorded."""
 
 _KINDS = ("estimate", "command")
-_SUPERVISORS = ("supervisor_mode", "supervisor_bits", "rotor_shares_estimate", "lateness_estimate", "rotor_slowness_estimate")
+_SUPERVISORS = (
+    "supervisor_mode",
+    "supervisor_bits",
+    "rotor_shares_estimate",
+    "lateness_estimate",
+    "rotor_slowness_estimate",
+)
 """Signals of who stands between controller and vehicle, and is not replayed."""
 
 

@@ -21,7 +21,19 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skylimb.control.estimation.records import BodyState
-from skylimb.symbolic import Array, abs, between, clip, dot, low_pass, right_inverse, vector, where, within
+from skylimb.symbolic import (
+    Array,
+    abs,
+    between,
+    clip,
+    dot,
+    low_pass,
+    max,
+    right_inverse,
+    vector,
+    where,
+    within,
+)
 
 BANK = (0.0, 0.025, 0.05, 0.075, 0.1)
 """Latencies that are tried, beyond the assumed one, s."""
@@ -69,6 +81,7 @@ class Lateness(NamedTuple):
         misfits: mean square of the rest, (rad/s^2)^2.
         late: how much later than assumed measurements are, s.
         slow: by how much more than assumed the rotors lag, s.
+        touched: 1 once the tip was to touch.
         time: for which the means have been formed, and then for which it has been counted, s.
     """
 
@@ -80,6 +93,7 @@ class Lateness(NamedTuple):
     misfits: Array = np.zeros(len(BANK) + len(SLOW))
     late: Any = 0.0
     slow: Any = 0.0
+    touched: Any = 0.0
     time: Any = 0.0
 
 
@@ -91,6 +105,7 @@ def lateness(
     lag: float,
     said: Any,
     fresh: Any,
+    touch: Any,
     dt: float,
 ) -> Lateness:
     """One step.
@@ -104,6 +119,7 @@ def lateness(
         lag: of the rotors that is assumed, s.
         said: by how much later than that the stamps say that the body is measured, s.
         fresh: 1 where the body is measured, and was so for a while.
+        touch: 1 while the tip is to touch.
         dt: control period, s.
     """
     momentum = body.model.inertia_C @ body.angular_velocity
@@ -137,6 +153,7 @@ def lateness(
         slowed=tuple(slowed),
         outside=outside,
         misfits=misfits,
+        touched=max(state.touched, touch),
         time=time,
     )
     slow = _slow(found, said)
@@ -173,5 +190,6 @@ def _slow(state: Lateness, said: Any) -> Any:
         slow, best = where(better, each, slow), where(better, misfits[index], best)
         present = where(abs(state.slow - each) < 1e-6, misfits[index], present)
     clear = where(best < FITS * present, 1.0, 0.0) * where(present - best > PLAIN, 1.0, 0.0)
-    heard = within(state.time, WARM + HEARD, np.inf) * within(said, -IN_TIME, IN_TIME)
+    # Rotors stay as slow as they are, and a touch turns a robot otherwise than any of them.
+    heard = within(state.time, WARM + HEARD, np.inf) * within(said, -IN_TIME, IN_TIME) * (1.0 - state.touched)
     return where(clear * heard > 0.5, slow, state.slow)

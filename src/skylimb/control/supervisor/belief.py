@@ -138,7 +138,9 @@ def believed(
         asked = where(changed + within(watch.asked.touch, 0.0, 0.5) > 0.5, 1.0, 0.0)
         settled = good * whole * asked * over(back, SETTLED)
         said, torque = measured.capture_age - limits.latency, prediction.delay.wrenches[0][3:6]
-        late = lateness(late, body, torque, limits.latency, limits.rotor_lag, said, settled, dt)
+        late = lateness(
+            late, body, torque, limits.latency, limits.rotor_lag, said, settled, watch.asked.touch, dt
+        )
         loss, observer = _given_up(limits, loss, found, lost, descending, prediction.observer, body)
         prediction = prediction._replace(observer=observer)
     watch = watch._replace(
