@@ -9,6 +9,7 @@ import pytest
 
 import skylimb
 from short_flights import CIRCLE, HOLD
+from skylimb.control.estimation.lateness import SLOW
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.late_gains import MOST
 from skylimb.control.loop.loop import Loop
@@ -157,11 +158,21 @@ def test_frames_that_come_later_are_noticed_and_flown_with() -> None:
         for more in ({}, {"events": [late]}, {"sensors.latency": 0.055})
     )
     assert not in_time.log.lateness_estimate.any()
+    assert not in_time.log.rotor_slowness_estimate.any()
     assert (in_time.status, later.status, slow.status) == ("OK", "OK", "OK")
     assert float(later.log.lateness_estimate[-1]) == 0.05
     assert float(np.abs(later.log.tilt - in_time.log.tilt[0]).max()) < 0.06
     seen = float(slow.log.time[int(np.argmax(slow.log.contact.values > 0.0))])
     assert float(slow.log.lateness_estimate.sel(time=seen)) == 0.05
+
+
+def test_rotors_that_are_slow_are_told_from_frames_that_are_late() -> None:
+    """They were taken for frames that come far too late, and the flight was broken off in hover."""
+    run = skylimb.run("paper", "drawing", set={**LOOKED_AT, "plant.rotor_lag": 0.12})
+    assert run.status == "OK"
+    assert float(run.log.rotor_slowness_estimate[-1]) in SLOW[1:]
+    assert float(run.log.supervisor_mode.max()) < 2.0
+    assert float(run.log.tilt.max()) < 0.15
 
 
 def test_frames_that_come_far_too_late_are_flown_back_with() -> None:
