@@ -219,7 +219,8 @@ def test_two_and_three_rotors_are_not_planned_for(tmp_path):
         plan_posture(paper, few, skylimb.load_controller("hybrid", few))
 
 
-def test_a_push_that_nothing_holds_is_refused(robot):
+def test_a_push_that_nothing_holds_is_refused(robot, monkeypatch):
+    monkeypatch.setattr("skylimb.control.planning.task_posture._STARTS", 4)
     controller = skylimb.load_controller("hybrid", robot)
     with pytest.raises(UnreachableError) as caught:
         plan_posture(skylimb.load_experiment("paper"), robot, controller, 25.0)
