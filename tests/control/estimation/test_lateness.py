@@ -92,6 +92,8 @@ def test_what_the_stamps_say_too_is_believed_sooner() -> None:
 def test_stamps_alone_prove_nothing(said: float) -> None:
     assert set(found(0.0, 0.2, 0.3, said=said)) == {0.0}
     assert set(found(0.0, 0.0, said=said)) == {0.0}
+    step = STEP(STATE.pack(Lateness()), np.full(3, 0.1), np.full(3, 0.1), said, 0.0)
+    assert np.isfinite(step.full()).all()
 
 
 @pytest.mark.parametrize(("believed", "other", "goes"), [(0.0, 0.05, True), (0.05, 0.0, False)])

@@ -127,7 +127,8 @@ def lateness(
     turned = low_pass(state.turned, change, _RATE, dt)
     made = (low_pass(state.made[0], torque, _RATE, dt), *state.made[:-1])
     seen = [between(made, clip((latency + late) / dt, 0.0, _DEPTH - 1.0)) for late in BANK]
-    stamped = between(made, clip((latency + BENDS + clip(said, -IN_TIME, IN_TIME)) / dt, 0.0, _DEPTH - 1.0))
+    off = where(within(said, -IN_TIME, IN_TIME) > 0.5, said, 0.0)  # also of a stamp that is no number
+    stamped = between(made, clip((latency + BENDS + off) / dt, 0.0, _DEPTH - 1.0))
     slowed, others = [], [lag + slow for slow in SLOW]
     for was, other in zip(state.slowed, others, strict=True):
         slowed.append(low_pass(was, stamped, 1.0 / other, dt))
