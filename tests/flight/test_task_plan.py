@@ -211,7 +211,6 @@ def test_what_cannot_be_planned_is_refused(robot):
         plan_posture(skylimb.load_experiment("paper", {"trajectory.shape": "hold"}), robot, controller)
 
 
-@pytest.mark.slow
 def test_two_and_three_rotors_are_not_planned_for(tmp_path):
     few = skylimb.load_robot(str(chain(tmp_path, links=3, turns=("1 0 0",))))
     paper = skylimb.load_experiment("paper")
@@ -219,8 +218,8 @@ def test_two_and_three_rotors_are_not_planned_for(tmp_path):
         plan_posture(paper, few, skylimb.load_controller("hybrid", few))
 
 
-def test_a_push_that_nothing_holds_is_refused(robot, monkeypatch):
-    monkeypatch.setattr("skylimb.control.planning.task_posture._STARTS", 4)
+@pytest.mark.slow
+def test_a_push_that_nothing_holds_is_refused(robot):
     controller = skylimb.load_controller("hybrid", robot)
     with pytest.raises(UnreachableError) as caught:
         plan_posture(skylimb.load_experiment("paper"), robot, controller, 25.0)
