@@ -11,7 +11,7 @@ import pytest
 import trimesh
 
 import skylimb
-from made_robots import chain
+from armed_robots import multirotor_with_arm
 from skylimb.apps.cli import main
 from skylimb.base.errors import ConfigError, DescriptionError, UnreachableError
 from skylimb.base.rotations import rot_z
@@ -211,11 +211,24 @@ def test_what_cannot_be_planned_is_refused(robot):
         plan_posture(skylimb.load_experiment("paper", {"trajectory.shape": "hold"}), robot, controller)
 
 
-def test_two_and_three_rotors_are_not_planned_for(tmp_path):
-    few = skylimb.load_robot(str(chain(tmp_path, links=3, turns=("1 0 0",))))
-    paper = skylimb.load_experiment("paper")
-    with pytest.raises(ConfigError, match="3 rotors that joints turn; postures are planned for"):
-        plan_posture(paper, few, skylimb.load_controller("hybrid", few))
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+def test_three_rotors_with_an_arm_are_planned_for_and_flown(tmp_path):
+    arm = (("shoulder_pitch", "0 1 0", 0.12), ("elbow_pitch", "0 1 0", 0.12))
+    tail = {"rotors": 3, "turning": 1.5, "fixed": (0, 2), "mass": 1.2}
+    folder, out = tmp_path / "tricopter", tmp_path / "planned"
+    skylimb.import_robot(multirotor_with_arm(tmp_path / "tricopter.urdf", joints=arm, **tail), folder)
+    light = {"robot": str(folder), "controller.translation.force": 0.5, "approach.doubtful": "fly"}
+    plan = skylimb.plan("board_tilted_hexarotor", "following", 0.5, light, by="margin")
+    assert plan.planned.margin > plan.nominal.margin > 0.0
+    assert np.abs(plan.planned.joint_angles - plan.nominal.joint_angles).max() > 0.05
+    write_planned(plan, out)
+    flown = skylimb.load_robot(str(out / "robot"))
+    assert (flown.n_rotors, flown.n_vectoring, plan.robot.n_rotors) == (3, 1, 4)
+    run = skylimb.run(str(out / "experiment.toml"), "following", set={"controller.translation.force": 0.5})
+    assert run.status == "OK"
+    assert run.metrics["contact_fraction"] > 0.95
+    assert run.metrics["pen_line_rms"] < 0.008
 
 
 @pytest.mark.slow

@@ -21,7 +21,7 @@ from skylimb.analysis.exchange.messages import (
     TorqueInverse,
     UavInfo,
 )
-from skylimb.apps.ros.attitude_loop import attitude_loop
+from skylimb.apps.ros.attitude_loop import attitude_loop, forced_by
 from skylimb.apps.ros.grounded import STAND
 from skylimb.apps.ros.messages import Outgoing
 from skylimb.apps.ros.spinal import Spinal
@@ -126,6 +126,8 @@ def test_a_forced_landing_lowers_the_thrusts(why: str) -> None:
     for _ in range(1000):
         spinal, thrusts = attitude_loop(spinal, R, STILL, now, 0.001, LIMITS)
     assert spinal.force_landing
+    said = "no command for 0.5 s" if why == "silence" else "commanded, or tilted by more than 1 rad"
+    assert forced_by(spinal, now) == said
     assert thrusts.mean() == pytest.approx(8.0, abs=0.01)
     for _ in range(2000):
         spinal, thrusts = attitude_loop(spinal, R, STILL, now, 0.001, LIMITS)
@@ -189,6 +191,7 @@ def test_a_forced_landing_of_the_flight_controller_is_the_pilots_too() -> None:
     wire.tick()
     assert wire.pilot.pilot.flying.force_landing
     assert "force landing: by the flight controller" in wire.said
+    assert wire.robot.faults["forced landing: commanded, or tilted by more than 1 rad"] == 1
 
 
 @pytest.mark.parametrize("files", [("motor_info.yaml",), ("motor_info.yaml", "servo.yaml")])

@@ -70,6 +70,13 @@ def attitude_loop(
     return spinal, np.clip(thrusts, *limits)
 
 
+def forced_by(spinal: Spinal, now: float) -> str:
+    """Why it lands by force, in words; `now`, s, is the end of the tick in which that began."""
+    if spinal.heard is not None and now - spinal.heard > SILENCE:
+        return f"no command for {SILENCE:g} s"
+    return f"commanded, or tilted by more than {TILT:g} rad"
+
+
 def _turned(spinal: Spinal, asked: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Thrusts, N, (n,), and angles of the rotors that the board turns, half of the way at each pass, rad."""
     if not spinal.gimbal_dof:

@@ -27,7 +27,7 @@ from skylimb.analysis.exchange.messages import (
     UavInfo,
 )
 from skylimb.apps.ros.attitude_filter import AttitudeFilter
-from skylimb.apps.ros.attitude_loop import attitude_loop
+from skylimb.apps.ros.attitude_loop import attitude_loop, forced_by
 from skylimb.apps.ros.grounded import GroundedPlant
 from skylimb.apps.ros.messages import Arrived, Outgoing, published
 from skylimb.apps.ros.profile import LAB, Dialect, PendingRun
@@ -124,6 +124,7 @@ class Simulated:
         if self._spinal.force_landing and not landing:
             # A forced landing of its own is acknowledged like one that was commanded.
             out.append(Outgoing(topics.ACK, int(Arming.FORCE_LANDING)))
+            self.faults[f"forced landing: {forced_by(self._spinal, now + self._pacer.period)}"] += 1
         body, angles = self._bodies.of(measured), np.concatenate(measured[4:6])
         field = vector(body.R_W_link.T @ MAGNETIC_FIELD)
         believed = None if self._attitude is None else self._attitude.R

@@ -27,6 +27,10 @@ from skylimb.robots.starts import evenly
 _STARTS = 24
 """Searches; a third of them end without a posture, and half of the others meet in the same one."""
 
+_FEW, _FAR = 6, 0.8
+"""Searches after which, all without a posture, the share of the pushes that can be held is looked for; below
+the second number the others are left out."""
+
 _SAME = 0.05
 """Postures closer than this in every joint are one, rad."""
 
@@ -43,14 +47,17 @@ def best_postures(robot: Robot, task: Task, start: TaskPosture) -> list[TaskPost
         UnreachableError: no posture that the search finds can do it. The message names what is in the way,
             and the share of the pushes that can be held.
     """
-    program = TaskProgram(robot, len(task.pushes), task.criteria)
-    found = [program.solve(task, one) for one in _starts(robot, start)]
+    program, starts = TaskProgram(robot, len(task.pushes), task.criteria), _starts(robot, start)
+    found = [one for one in (program.solve(task, first) for first in starts[:_FEW]) if one is not None]
+    nearest = None if found else _nearest(program, task, starts)
+    if found or (nearest is not None and nearest.share > _FAR):
+        found += [one for one in (program.solve(task, other) for other in starts[_FEW:]) if one is not None]
     best: list[TaskPosture] = []
-    for one in sorted((one for one in found if one is not None), key=lambda one: -one.margin):
+    for one in sorted(found, key=lambda one: -one.margin):
         if all(np.max(np.abs(wrapped(one.angles - other.angles)), initial=0.0) > _SAME for other in best):
             best.append(one)
     if not best:
-        raise UnreachableError(_nothing_holds(robot, program, task, start))
+        raise UnreachableError(_nothing_holds(robot, task, nearest))
     return best
 
 
@@ -68,10 +75,14 @@ def _starts(robot: Robot, start: TaskPosture) -> list[TaskPosture]:
     return [start, *(replace(start, joint_angles=x[:nq], vectoring_angles=x[nq:]) for x in others)]
 
 
-def _nothing_holds(robot: Robot, program: TaskProgram, task: Task, start: TaskPosture) -> str:
+def _nearest(program: TaskProgram, task: Task, starts: list[TaskPosture]) -> TaskPosture | None:
+    """The posture that holds the greatest share of the pushes."""
+    tried = [program.solve(task, one, most=True) for one in starts]
+    return max((one for one in tried if one is not None), key=lambda one: one.share, default=None)
+
+
+def _nothing_holds(robot: Robot, task: Task, nearest: TaskPosture | None) -> str:
     """In words: what is in the way, and how much can be held."""
-    tried = [program.solve(task, one, most=True) for one in _starts(robot, start)]
-    nearest = max((one for one in tried if one is not None), key=lambda one: one.share, default=None)
     said = f"'{robot.name}' cannot do this task: no posture holds all of the {len(task.pushes)} pushes"
     if nearest is None or nearest.share <= 0.0:
         apart = f"links {task.clearance:g} m apart and rotors {task.room:g} m off the surface"

@@ -52,7 +52,7 @@ class TaskPlan:
 
     Attributes:
         experiment: for which it was found.
-        robot: as the experiment has it.
+        robot: as the experiment has it, or its pairs: the robot that laws fly.
         task: the pushes along the path.
         points: of the path, W, m, (k, 3).
         force: normal force, N.
@@ -127,20 +127,15 @@ def plan_posture(
             "margin" whatever is not lost.
 
     Raises:
-        ConfigError: the experiment touches nothing, its path stands still, or two or three rotors turn.
+        ConfigError: the experiment touches nothing, or its path stands still.
         UnreachableError: no posture can do it, or none of those that can be held flies well enough.
     """
     if not experiment.approach.contact:
         raise ConfigError(
             f"experiment {experiment.name} touches nothing (approach.contact); there is nothing to plan"
         )
-    if robot.turned is not None:
-        raise ConfigError(
-            f"'{robot.name}' has {robot.n_rotors} rotors that joints turn; postures are planned for robots "
-            "of four rotors and more, whose thrusts give lift and torques"
-        )
     needs = needs_of(controller)
-    robot = standing(robot, needs.vectoring)
+    robot = standing(robot.pairs, needs.vectoring)
     wanted = force if force is not None else needs.force or FORCE
     if not 0.0 < wanted < 1e3:
         raise ConfigError(f"force = {wanted:g} N is outside of 0 .. 1000 N")
