@@ -58,8 +58,8 @@ _AGAIN = 1000
 """From a run's seed to that of its next try."""
 
 
-def _test(sources: Path) -> ET.ElementTree:
-    return ET.parse(sources / TEST / "tilted_hydrus_control.test")
+def _test(sources: Path) -> ET.Element:
+    return ET.parse(sources / TEST / "tilted_hydrus_control.test").getroot()
 
 
 def tries(robot: str, sources: Path) -> int:
