@@ -12,7 +12,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -191,16 +191,19 @@ class LabStack:
             )
             self.heard(f"{below}/mocap/pose")
             begin("servo_bridge", self.nodes[NODES[1]], f"__ns:={below}", "__name:=servo_bridge")
-            for k in range(_STARTS):
-                node = begin(f"{NODES[0]}_{k}", self.nodes[NODES[0]], f"__ns:={below}", f"__name:={NODES[0]}")
-                self.heard(f"{below}/uav/baselink/odom")
-                said = self.do("rostopic", "echo", "-n1", f"{below}/flight_state/data", timeout=20.0)
-                if int(said.split()[0]) == _ARM_OFF:
-                    break
-                node.close()
-            else:
-                raise MissingError(f"{NODES[0]} lands by force before it flies, {_STARTS} times")
+            self.start_base(begin, below)
             yield
+
+    def start_base(self, begin: Callable[..., contextlib.ExitStack], below: str) -> None:
+        """Start the lab's node until it waits for its first order; `begin(name, *words)` starts a program."""
+        for k in range(_STARTS):
+            node = begin(f"{NODES[0]}_{k}", self.nodes[NODES[0]], f"__ns:={below}", f"__name:={NODES[0]}")
+            self.heard(f"{below}/uav/baselink/odom")
+            said = self.do("rostopic", "echo", "-n1", f"{below}/flight_state/data", timeout=20.0)
+            if int(said.split()[0]) == _ARM_OFF:
+                return
+            node.close()
+        raise MissingError(f"{NODES[0]} lands by force before it flies, {_STARTS} times")
 
     def heard(self, topic: str) -> None:
         """Wait until somebody says something on a topic."""

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
+import importlib.util
 import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -34,3 +37,35 @@ def test_without_the_labs_stack_nothing_is_flown(tmp_path: Path, made: tuple[str
     assert done.stdout.startswith("skipped: ")
     assert words in done.stdout
     assert done.stdout.count("\n") == 1
+
+
+@pytest.fixture(scope="module")
+def stack() -> Any:
+    spec = importlib.util.spec_from_file_location("lab_stack", RUNNER.parent / "stack.py")
+    assert spec is not None
+    assert spec.loader is not None
+    sys.modules["lab_stack"] = module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.parametrize(("states", "starts"), [((0,), 1), ((17, 17, 0), 3), ((17,) * 4, 4)])
+def test_a_node_that_lands_before_it_flies_is_started_again(
+    stack: Any, states: tuple[int, ...], starts: int
+) -> None:
+    lab = object.__new__(stack.LabStack)
+    lab.nodes = dict.fromkeys(stack.NODES, "node")
+    left, events = list(states), list[str]()
+    lab.heard = lambda topic: None
+    lab.do = lambda *words, timeout: f"{left.pop(0)}\n---\n"
+
+    def begin(name: str, *words: str) -> contextlib.ExitStack:
+        events.append("begun")
+        own = contextlib.ExitStack()
+        own.callback(events.append, "ended")
+        return own
+
+    dead = states[-1] != 0
+    with pytest.raises(stack.MissingError, match="4 times") if dead else contextlib.nullcontext():
+        lab.start_base(begin, "/hydrus")
+    assert events == ["begun", "ended"] * (starts - 1 + dead) + ["begun"] * (not dead)
