@@ -84,7 +84,12 @@ _ARGUMENTS = [
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
     "--disable-background-networking",
+    "--disable-accelerated-2d-canvas",
+    "--disable-gpu-rasterization",
 ]
+
+_SELDOM = "window.requestAnimationFrame = (draw) => setTimeout(() => draw(performance.now()), 100);"
+"""Ten pictures a second: a browser that draws in software takes two processors, and tests fly beside it."""
 
 
 def serious(page: sync_api.Page) -> list[str]:
@@ -110,6 +115,7 @@ def chromium() -> Iterator[sync_api.Browser]:
 def silent_page(browser: sync_api.Browser, **context: object) -> Iterator[sync_api.Page]:
     """A page; at the end of the block the browser must have had nothing to say of it."""
     surroundings = browser.new_context(viewport={"width": 1000, "height": 800}, **context)  # type: ignore[arg-type]
+    surroundings.add_init_script(_SELDOM)
     page = surroundings.new_page()
     said: list[str] = []
     page.on("console", lambda message: said.append(message.text))

@@ -44,15 +44,13 @@ def page(studio: Any, browser: sync_api.Browser) -> Iterator[sync_api.Page]:
     """A first visit."""
     with silent_page(browser) as page:
         page.goto(studio.url)
-        page.wait_for_selector("body[data-ready]")
-        page.wait_for_timeout(500)  # it is told who drives
+        until(page, "document.body.dataset.ready && skylimbStudio.line.open")
         if page.get_by_role("button", name="Take over").is_visible():
             page.get_by_role("button", name="Take over").click()
         page.get_by_role("button", name="Take off again").click()
         page.get_by_text("Took off again").first.wait_for()
         if page.get_by_role("button", name="Go on", exact=True).is_visible():
             page.get_by_role("button", name="Go on", exact=True).click()
-        page.wait_for_timeout(500)
         yield page
 
 
@@ -148,16 +146,16 @@ def test_the_force_colours_arrow_and_line_and_its_number_covers_no_words(
         assert len({round(hue, 2) for _, hue in line}) > 1
 
 
-@pytest.mark.parametrize("name", ["front", "side", "top", "pen", "whole robot"])
-def test_a_view_is_chosen_with_the_keyboard(page: sync_api.Page, name: str) -> None:
+def test_views_are_chosen_with_the_keyboard(page: sync_api.Page) -> None:
     place = "skylimbStudio.sceneView.camera.position.toArray()"
-    page.locator("#picture canvas").focus()
-    for _ in range(5):
-        page.keyboard.press("ArrowLeft")
-    before = page.evaluate(place)
-    page.get_by_label("View", exact=True).last.focus()
-    page.keyboard.type(name)
-    until(page, f"Math.hypot(...{place}.map((x, i) => x - {before}[i])) > 0.05")
+    for name in ("front", "side", "top", "pen", "whole robot"):
+        page.locator("#picture canvas").focus()
+        for _ in range(5):
+            page.keyboard.press("ArrowLeft")
+        before = page.evaluate(place)
+        page.get_by_label("View", exact=True).last.focus()
+        page.keyboard.type(name)
+        until(page, f"Math.hypot(...{place}.map((x, i) => x - {before}[i])) > 0.05")
 
 
 def test_the_camera_follows_the_robot(page: sync_api.Page) -> None:
