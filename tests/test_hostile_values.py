@@ -90,7 +90,10 @@ def memory() -> float:
     return 1e-3 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
 
-@pytest.mark.parametrize("experiment", ["paper", "heightmap", "sine_steep"])
+@pytest.mark.parametrize(
+    "experiment",
+    ["paper", *(pytest.param(name, marks=pytest.mark.slow) for name in ("heightmap", "sine_steep"))],
+)
 def test_an_experiment(experiment: str) -> None:
     rows = rows_of(tables_of(load_experiment(experiment)))
     if experiment != "paper":  # the others differ in their surface
@@ -103,7 +106,7 @@ def test_an_experiment(experiment: str) -> None:
     assert memory() - before < MEGABYTES
 
 
-@pytest.mark.parametrize("preset", ["hybrid", "following"])
+@pytest.mark.parametrize("preset", ["hybrid", pytest.param("following", marks=pytest.mark.slow)])
 def test_a_preset(preset: str) -> None:
     controller = load_controller(preset, load_robot("hydrus_xi_quad"))
     assert is_configurable(controller)

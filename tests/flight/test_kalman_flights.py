@@ -60,7 +60,10 @@ def test_the_replay_of_a_flight_gives_its_bits() -> None:
         np.testing.assert_array_equal(again.log[name].values, run.log[name].values, err_msg=name)
 
 
-@pytest.mark.parametrize("changes", [LAW, WITH_IMU], ids=["without an IMU", "with one"])
+@pytest.mark.parametrize(
+    "changes",
+    [pytest.param(LAW, id="without an IMU", marks=pytest.mark.slow), pytest.param(WITH_IMU, id="with one")],
+)
 def test_exported_c_passes_its_test_vector(
     changes: dict[str, Any], tmp_path: Path, strict_c: StrictC
 ) -> None:

@@ -203,7 +203,11 @@ def test_more_freedom_never_pushes_less() -> None:
 
 
 @pytest.mark.parametrize(
-    ("along", "way"), [(X, (1.0, 3.0, math.inf)), (np.array([0.0, 1.0, 0.0]), (1.0, math.inf))]
+    ("along", "way"),
+    [
+        pytest.param(X, (1.0, 3.0, math.inf), marks=pytest.mark.slow),
+        (np.array([0.0, 1.0, 0.0]), (1.0, math.inf)),
+    ],
 )
 def test_more_moves_never_hold_less(along, way):
     """Of all moves of DRAGON's angles a search ended at 76.3 N along x, of moves by 3 rad at 77.4 N."""

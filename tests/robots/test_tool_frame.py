@@ -201,7 +201,7 @@ def test_a_foot_lies_across_the_tool_however_its_links_axes_point(tmp_path: Path
     np.testing.assert_allclose(places[2], places[0], atol=1e-9)
 
 
-@pytest.mark.parametrize("joints", [TWO, SIX])
+@pytest.mark.parametrize("joints", [TWO, pytest.param(SIX, marks=pytest.mark.slow)])
 def test_an_arm_stands_with_its_tool_level_also_where_it_is_bent(tmp_path: Path, joints: Any) -> None:
     """A tool across its last link, z out: what is level is the tool."""
     bent = checked(tmp_path, tip((0.0, 0.0, 0.1), forward="z"), joints=joints, tool="0.0 2.5 0", limit=2.2)

@@ -26,6 +26,15 @@ def page_file(four_runs: Mapping[str, Run], tmp_path_factory: pytest.TempPathFac
     return path
 
 
+@pytest.fixture(scope="module")
+def looked_at(browser: sync_api.Browser, page_file: Path) -> Iterator[sync_api.Page]:
+    """One page, open, for all tests that change nothing but its width."""
+    with silent_page(browser, offline=True) as page:
+        page.goto(page_file.as_uri())
+        page.wait_for_selector("#replay[data-ready]", timeout=20_000)
+        yield page
+
+
 @pytest.fixture
 def page(browser: sync_api.Browser, page_file: Path) -> Iterator[sync_api.Page]:
     """The page, open."""
@@ -39,11 +48,11 @@ def time_shown(page: sync_api.Page) -> float:
     return page.evaluate("skylimbReplay.clock.time")
 
 
-def test_all_flights_stand_side_by_side_with_their_plots(page: sync_api.Page) -> None:
+def test_all_flights_stand_side_by_side_with_their_plots(looked_at: sync_api.Page) -> None:
     names = ["PID", "Impedance", "Admittance (failed)", "Hybrid"]
-    assert page.locator(".replay .name").all_inner_texts() == names
-    assert page.locator(".replay .uplot").count() >= 4
-    drawn = page.evaluate("() => { const t = skylimbReplay.sceneView; t.render(); " + PAINTED + " }")
+    assert looked_at.locator(".replay .name").all_inner_texts() == names
+    assert looked_at.locator(".replay .uplot").count() >= 4
+    drawn = looked_at.evaluate("() => { const t = skylimbReplay.sceneView; t.render(); " + PAINTED + " }")
     assert drawn > 20  # a picture, not one colour
 
 
@@ -69,11 +78,11 @@ def test_on_paper_a_still_stands_for_the_replay(page: sync_api.Page) -> None:
 
 
 @pytest.mark.parametrize("width", [360, 390])
-def test_nothing_is_clipped_on_a_phone(page: sync_api.Page, width: int) -> None:
-    page.set_viewport_size({"width": width, "height": 844})
-    page.reload()
-    page.wait_for_selector("#replay[data-ready]", timeout=20_000)
-    beyond = page.evaluate(
+def test_nothing_is_clipped_on_a_phone(looked_at: sync_api.Page, width: int) -> None:
+    looked_at.set_viewport_size({"width": width, "height": 844})
+    looked_at.reload()
+    looked_at.wait_for_selector("#replay[data-ready]", timeout=20_000)
+    beyond = looked_at.evaluate(
         "() => [...document.querySelectorAll('.replay *')].filter((one) => one.checkVisibility()"
         " && one.getBoundingClientRect().right > innerWidth + 1).map((one) => one.outerHTML.slice(0, 99))"
     )
@@ -265,20 +274,20 @@ def test_the_marks_are_those_of_the_flights_that_are_seen(
         assert marks.count() == 3
 
 
-def test_a_page_of_flights_without_events_speaks_of_none(page: sync_api.Page) -> None:
-    assert page.locator(".replay .mark").count() == 0
-    assert "pushes" not in (page.get_by_role("button", name="arrows").get_attribute("title") or "")
+def test_a_page_of_flights_without_events_speaks_of_none(looked_at: sync_api.Page) -> None:
+    assert looked_at.locator(".replay .mark").count() == 0
+    assert "pushes" not in (looked_at.get_by_role("button", name="arrows").get_attribute("title") or "")
 
 
-def test_without_limits_of_thrust_there_is_nothing_to_switch(page: sync_api.Page) -> None:
-    assert page.get_by_role("button", name="pushes").count() == 0
+def test_without_limits_of_thrust_there_is_nothing_to_switch(looked_at: sync_api.Page) -> None:
+    assert looked_at.get_by_role("button", name="pushes").count() == 0
 
 
 @pytest.mark.parametrize("width", [360, 768, 1600])
-def test_nothing_is_wider_than_the_page(page: sync_api.Page, width: int) -> None:
-    page.set_viewport_size({"width": width, "height": 700})
-    page.wait_for_function(f"document.documentElement.scrollWidth <= {width}", timeout=10_000)
-    assert page.evaluate("document.documentElement.scrollWidth") <= width
+def test_nothing_is_wider_than_the_page(looked_at: sync_api.Page, width: int) -> None:
+    looked_at.set_viewport_size({"width": width, "height": 700})
+    looked_at.wait_for_function(f"document.documentElement.scrollWidth <= {width}", timeout=10_000)
+    assert looked_at.evaluate("document.documentElement.scrollWidth") <= width
 
 
 def test_a_notebook_shows_it_in_a_frame(browser: sync_api.Browser, make_run: Callable[[], Run]) -> None:

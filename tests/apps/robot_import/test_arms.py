@@ -92,7 +92,11 @@ def test_where_a_tools_axes_point_changes_nothing(tmp_path: Path) -> None:
         ({"joints": TWO[:1], "stick": 0.2}, 0.7),
         ({"joints": SIX, "rotors": 6, "place": 0.32, "mass": 2.2}, 1.0),
         ({"joints": (), "rotors": 6, "cant": 0.3, "place": 0.32, "stick": 0.4}, 1.0),
-        ({"joints": SIX, "rotors": 8, "cant": 0.3, "place": 0.36, "mass": 3.0, "radius": 0.1}, 1.0),
+        pytest.param(
+            {"joints": SIX, "rotors": 8, "cant": 0.3, "place": 0.36, "mass": 3.0, "radius": 0.1},
+            1.0,
+            marks=pytest.mark.slow,
+        ),
         ({"joints": (), "stick": 0.45, "turning": 1.5}, 1.0),
     ],
     ids=[

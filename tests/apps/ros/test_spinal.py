@@ -194,7 +194,10 @@ def test_a_forced_landing_of_the_flight_controller_is_the_pilots_too() -> None:
     assert wire.robot.faults["forced landing: commanded, or tilted by more than 1 rad"] == 1
 
 
-@pytest.mark.parametrize("files", [("motor_info.yaml",), ("motor_info.yaml", "servo.yaml")])
+@pytest.mark.parametrize(
+    "files",
+    [pytest.param(("motor_info.yaml",), marks=pytest.mark.slow), ("motor_info.yaml", "servo.yaml")],
+)
 def test_controller_and_simulator_fly_over_the_labs_topics(files: tuple[str, ...]) -> None:
     wire = Wire(files)
     wire.hover()

@@ -166,7 +166,7 @@ def test_a_learnt_scale_moves_nothing_that_is_felt(
     assert learn_scale(Correction(), tare, observer, body, 1.0).correction.scale == 1.0
 
 
-@pytest.mark.parametrize("preset", ["following", "drawing"])
+@pytest.mark.parametrize("preset", ["following", pytest.param("drawing", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("scale", [0.8, 1.2])
 def test_the_force_is_right_with_rotors_that_are_a_fifth_off(preset: str, scale: float) -> None:
     keys = {"trajectory.period": 5.0, "phases.hover": 1.0, "plant.thrust_scale": scale}

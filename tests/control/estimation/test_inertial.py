@@ -171,6 +171,7 @@ def carried_away() -> np.ndarray:
     return np.array(away)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("gap", "median", "most"), [(0.1, 2e-3, 3e-3), (0.5, 4e-3, 5e-3), (2.0, 0.025, 0.035)]
 )

@@ -30,8 +30,8 @@ LOOKING = Limits(losses=True)
     ("name", "purpose", "protected"),
     [
         ("hydrus_xi_quad", "contact", [False, True, True, False]),
-        ("hydrus_xi_quad", "torque", [False, True, True, False]),
-        ("hydrus_xi_hex", "torque", [True] * 6),
+        pytest.param("hydrus_xi_quad", "torque", [False, True, True, False], marks=pytest.mark.slow),
+        pytest.param("hydrus_xi_hex", "torque", [True] * 6, marks=pytest.mark.slow),
         ("tilted_hexarotor", "torque", [False, False, True, True, False, False]),
     ],
 )

@@ -30,12 +30,14 @@ def written(tmp_path_factory):
 NAMES = [measure.__name__ for measure in ROWS]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_every_claim_holds(written, name):
     row = next(row for row in written[0] if row.name == name)
     assert row.passed, row
 
 
+@pytest.mark.slow
 def test_page_figures_and_numbers_are_written(written):
     rows, out, seen = written
     assert [row.name for row in rows] == NAMES
