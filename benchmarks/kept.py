@@ -22,3 +22,9 @@ def fill(page: Path, name: str, table: str) -> None:
     pattern, new = f"{re.escape(begin)}.*?{re.escape(end)}", f"{begin}\n\n{table}\n\n{end}"
     text = page.read_text(encoding="utf-8")
     page.write_text(re.sub(pattern, lambda _: new, text, flags=re.DOTALL), encoding="utf-8")
+
+
+def filled(page: Path, name: str) -> list[str]:
+    """The lines that stand between the page's markers of that name."""
+    found = re.search(f"<!-- begin: {re.escape(name)} -->(.*?)<!-- end:", page.read_text("utf-8"), re.DOTALL)
+    return found[1].strip().splitlines() if found else []

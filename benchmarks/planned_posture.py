@@ -13,12 +13,13 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from kept import fill  # beside this file
+from kept import fill, filled  # beside this file
 from transformations import PAGE
 
 import skylimb
@@ -128,6 +129,12 @@ def proposed(
     return found if isinstance(found, str) else (found[0], found[1])
 
 
+def robot_of(line: str) -> str:
+    """The robot that a line of a table or of the reasons below it is about; empty for any other line."""
+    found = re.match(r"\| `(\w+)`|- '(\w+)'", line)
+    return (found[1] or found[2]) if found else ""
+
+
 def main() -> None:
     """Fly what is missing, and write both tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
@@ -141,12 +148,17 @@ def main() -> None:
     }
     for table, some in cases.items():
         if some:
-            lines, reasons = list[str](HEAD), [""]
+            # Of robots that nobody asked for now, the page says what it said.
+            asked = {"", *(robot for robot, _, _ in some)}
+            rows = [line for line in filled(PAGE, table) if robot_of(line) not in asked]
             for case in some:
                 for line in compared(*case, given.draws):
-                    (lines if line.startswith("|") else reasons).append(line)
+                    rows.append(line)
                     print(line, flush=True)
-            fill(PAGE, table, "\n".join([*lines, *reasons]).rstrip())
+            rows.sort(key=lambda line: ROBOTS.index(robot_of(line)))
+            flown_ones = [line for line in rows if line.startswith("|")]
+            reasons = [line for line in rows if not line.startswith("|")]
+            fill(PAGE, table, "\n".join([*HEAD, *flown_ones, "", *reasons]).rstrip())
 
 
 if __name__ == "__main__":
