@@ -20,6 +20,7 @@ from flown_state import flown_gain
 from of_kind import of_kind
 from skylimb.analysis.recording import Run
 from skylimb.flight.events import GainChange, Push, SurfaceChange
+from studio_page import drive
 
 PATIENCE = 20_000
 
@@ -302,10 +303,7 @@ def test_two_pages_show_what_flies(
         other.goto(studio.url)
         for step in range(8):
             driver = draw.choice([page, other])
-            until(driver, "document.body.dataset.ready && skylimbStudio.line.open")
-            if driver.evaluate("!skylimbStudio.shell.seats.drives"):
-                driver.get_by_role("button", name="Take over").click()
-                until(driver, "skylimbStudio.shell.seats.drives")
+            drive(driver)
             driver.get_by_role("tab", name="Gains").click()
             match draw.randrange(5) if step else 0:
                 case 0 | 1:
@@ -327,10 +325,7 @@ def test_two_pages_show_what_flies(
                     one, "document.body.dataset.ready && skylimbStudio.state.scene === skylimbStudio.number"
                 )
             wait_for(lambda: all(_shows(one, studio, gain) for one in (page, other)))
-    until(page, "skylimbStudio.line.open")
-    if page.evaluate("!skylimbStudio.shell.seats.drives"):
-        page.get_by_role("button", name="Take over").click()
-        until(page, "skylimbStudio.shell.seats.drives")
+    drive(page)
 
 
 def _shows(page: sync_api.Page, studio: Any, gain: str) -> bool:

@@ -13,6 +13,7 @@ from playwright import sync_api
 
 from chromium import WORDS, needs_chromium, overlapping, serious, silent_page, until, wait_for
 from skylimb.apps.studio.session import Session
+from studio_page import drive
 
 pytestmark = needs_chromium
 
@@ -44,9 +45,7 @@ def page(studio: Any, browser: sync_api.Browser) -> Iterator[sync_api.Page]:
     """A first visit."""
     with silent_page(browser) as page:
         page.goto(studio.url)
-        until(page, "document.body.dataset.ready && skylimbStudio.line.open")
-        if page.get_by_role("button", name="Take over").is_visible():
-            page.get_by_role("button", name="Take over").click()
+        drive(page)
         page.get_by_role("button", name="Take off again").click()
         page.get_by_text("Took off again").first.wait_for()
         if page.get_by_role("button", name="Go on", exact=True).is_visible():

@@ -23,6 +23,7 @@ from flown_state import flown_gain
 from of_kind import of_kind
 from skylimb.apps.studio.messages import Set
 from skylimb.flight.events import GainChange
+from studio_page import drive
 
 GAIN = "translation.normalized_stiffness"
 TOKEN = "a-token-that-both-servers-have"
@@ -35,10 +36,7 @@ def page(studio: Any, browser: sync_api.Browser) -> Iterator[sync_api.Page]:
     """A page that drives a flight that has just taken off with the preset's gains."""
     with silent_page(browser) as page:
         page.goto(studio.url)
-        until(page, "document.body.dataset.ready && skylimbStudio.line.open")
-        if (take := page.get_by_role("button", name="Take over")).is_visible():
-            take.click()
-        until(page, "skylimbStudio.shell.seats.drives")
+        drive(page)
         take_off(page)
         yield page
 
