@@ -151,6 +151,10 @@ URDF_FAULTS = {
         ('<mass value="0.030"/>', '<mass value="nan"/>'),
         ["mass of link 'pen'", "nan"],
     ),
+    "a mass whose forces overflow": (
+        ('<mass value="0.030"/>', '<mass value="1e200"/>'),
+        ["the mass of link 'pen'", "has 1e+200", "up to 1e+06"],
+    ),
     "mass that is a word": (('<mass value="0.030"/>', '<mass value="light"/>'), ["light"]),
     "grams in one link": (
         ('<mass value="0.030"/>', '<mass value="30"/>'),

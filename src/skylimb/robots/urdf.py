@@ -30,6 +30,8 @@ DRAWN = (".stl", ".obj", ".msh")
 _SIZES = {"box": 3, "cylinder": 2, "sphere": 1}
 _LONGEST = 1e3
 """A shape's length stays below, m."""
+_LARGEST = 1e6
+"""Greatest number of a place, a mass or an inertia, m, kg, kg m^2; squares of larger ones overflow."""
 _DUST = 1e-3
 """Mass of a root link that stands for nothing, kg."""
 _log = logging.getLogger(__name__)
@@ -114,9 +116,12 @@ def _cut_above(root_link: str, robot: Any, path: Path) -> None:
 
 
 def _finite(value: Any, what: str, path: Path) -> Any:
-    if not np.all(np.isfinite(value)):
-        shown = " ".join(str(value).split())
-        raise DescriptionError(f"{what} in '{path.name}' is {shown}; only finite numbers are allowed")
+    entries = np.ravel(value)
+    wrong = entries[~(np.abs(entries) <= _LARGEST)]  # so that nan is wrong, too
+    if wrong.size:
+        raise DescriptionError(
+            f"{what} in '{path.name}' has {wrong[0]:g}; only finite numbers up to {_LARGEST:g} are allowed"
+        )
     return value
 
 
