@@ -140,7 +140,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--draws", type=int, default=100)
     parser.add_argument("--controllers", nargs="*", default=("hybrid", "following"), help="by margin")
-    parser.add_argument("--robots", nargs="*", default=ROBOTS, help="with `following`, by flight")
+    parser.add_argument(
+        "--robots", nargs="*", default=ROBOTS, choices=ROBOTS, help="with `following`, by flight"
+    )
     given = parser.parse_args()
     cases: dict[str, list[tuple[str, str, By]]] = {
         "planned": [(QUAD, controller, "margin") for controller in given.controllers],

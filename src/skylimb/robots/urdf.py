@@ -31,7 +31,7 @@ _SIZES = {"box": 3, "cylinder": 2, "sphere": 1}
 _LONGEST = 1e3
 """A shape's length stays below, m."""
 _LARGEST = 1e6
-"""Greatest number of a place, a mass or an inertia, m, kg, kg m^2; squares of larger ones overflow."""
+"""Greatest number of a place, a mass or an inertia, m, kg, kg m^2, beyond any robot; squares of 1e200 overflow."""
 _DUST = 1e-3
 """Mass of a root link that stands for nothing, kg."""
 _log = logging.getLogger(__name__)
@@ -115,7 +115,7 @@ def _cut_above(root_link: str, robot: Any, path: Path) -> None:
     robot.joints = [joint for joint in robot.joints if joint.child != root_link and joint.child not in cut]
 
 
-def _finite(value: Any, what: str, path: Path) -> Any:
+def _moderate(value: Any, what: str, path: Path) -> Any:
     entries = np.ravel(value)
     wrong = entries[~(np.abs(entries) <= _LARGEST)]  # so that nan is wrong, too
     if wrong.size:
@@ -140,7 +140,7 @@ def clean_rotation(R: np.ndarray) -> np.ndarray:
 def _origin(origin: np.ndarray | None, what: str, path: Path) -> tuple[np.ndarray, np.ndarray]:
     if origin is None:
         return np.zeros(3), np.eye(3)
-    _finite(origin, f"the origin of {what}", path)
+    _moderate(origin, f"the origin of {what}", path)
     return np.array(origin[:3, 3]), clean_rotation(origin[:3, :3])
 
 
@@ -151,8 +151,8 @@ def _link(link: Any, materials: Iterable[Any], path: Path) -> Link:
         if link.inertial.mass is None or link.inertial.inertia is None:
             raise DescriptionError(f"{what} in '{path.name}' has an <inertial> without <mass> or <inertia>")
         xyz, R = _origin(link.inertial.origin, f"the inertia of {what}", path)
-        inertia = _finite(link.inertial.inertia, f"the inertia of {what}", path)
-        mass = _finite(link.inertial.mass, f"the mass of {what}", path)
+        inertia = _moderate(link.inertial.inertia, f"the inertia of {what}", path)
+        mass = _moderate(link.inertial.mass, f"the mass of {what}", path)
         inertial = Inertial(float(mass), xyz, R @ inertia @ R.T)
     visuals = (_shape(one, _colour(one.material, materials), what, path) for one in link.visuals)
     collisions = (_shape(one, _GREY, what, path) for one in link.collisions)
@@ -215,7 +215,7 @@ def _joint(joint: Any, path: Path) -> Joint:
     xyz, R = _origin(joint.origin, what, path)
     axis = np.array([1.0, 0.0, 0.0])
     if joint.axis is not None and joint.type != "fixed":  # some files write 0 0 0 where nothing turns
-        axis = _finite(joint.axis, f"the axis of {what}", path)
+        axis = _moderate(joint.axis, f"the axis of {what}", path)
     length = float(np.linalg.norm(axis))
     if length < 1e-9:
         raise DescriptionError(f"{what} has the axis {axis}; it needs a direction")
