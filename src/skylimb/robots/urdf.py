@@ -31,7 +31,7 @@ _SIZES = {"box": 3, "cylinder": 2, "sphere": 1}
 _LONGEST = 1e3
 """A shape's length stays below, m."""
 _LARGEST = 1e6
-"""Greatest number of a place, a mass or an inertia, m, kg, kg m^2, beyond any robot; squares of 1e200 overflow."""
+"""Greatest number of a place, a mass or an inertia, m, kg, kg m^2: beyond any robot."""
 _DUST = 1e-3
 """Mass of a root link that stands for nothing, kg."""
 _log = logging.getLogger(__name__)
