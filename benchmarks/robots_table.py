@@ -24,12 +24,12 @@ from typing import Any, NamedTuple
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "helpers"))
 
-import numpy as np
 from robots_made import ARMED, KINDS
 
 import skylimb
 from armed_robots import multirotor_with_arm
 from skylimb.apps.robot_import.checking import RobotReport
+from skylimb.apps.robot_import.hover_flight import HOVER, not_hovered
 from skylimb.apps.robot_import.report import verdict
 from skylimb.base.errors import SkylimbError
 
@@ -44,8 +44,8 @@ SURFACES: dict[str, dict[str, Any]] = {
 }
 FORCES = (1.0, 0.7, 0.5)
 """Forces that are tried, N: more may be refused for a weak yaw, and less is not felt as a touch."""
-WANTED, NEAR = 0.008, 0.25
-"""What a line may be off, and a hover, m."""
+WANTED = 0.008
+"""What a line may be off, m."""
 HEAD = (
     "| robot | edits | check: hover, touch | flown: hover | where | force, N | line, mm | touch | done "
     "| s: check, hover, line |",
@@ -115,17 +115,11 @@ def flown(entry: Entry, folder: Path) -> dict[str, Any]:
         row["edits"] = "`--mend`"
     row |= {"hover": said.can_hover, "touch": said.can_touch, "check_s": checking}
     row["why"] = "" if said.can_touch else verdict(said)
-    free = {"robot": robot, "posture.waypoints": [], "stop_at": 5.0}
-    hovered, row["hover_s"] = timed(lambda: skylimb.run("free_flight", "following", set=free))
-    row["flown"] = hovered if isinstance(hovered, str) else stays(hovered)
+    hovered, row["hover_s"] = timed(
+        lambda: skylimb.run("free_flight", "following", set={"robot": robot, **HOVER})
+    )
+    row["flown"] = hovered if isinstance(hovered, str) else not not_hovered(hovered)
     return row | drawn(robot, said) if said.can_touch else row
-
-
-def stays(run: Any) -> bool:
-    """Whether a hover goes on to its end, and the robot is where it should be in its last second."""
-    log, last = run.log, run.log.time.values > run.log.time.values[-1] - 1.0
-    off = (log.cog_position - log.cog_position_reference).values[last]
-    return run.status == "STOPPED" and float(np.abs(off).max()) < NEAR
 
 
 def where(report: RobotReport) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 
 from skylimb.apps.robot_import.doubts import Doubt, together
 from skylimb.apps.robot_import.findings import collision_doubts, faults, flight_doubts, inertia_doubts
+from skylimb.apps.robot_import.hover_flight import hover_doubts
 from skylimb.apps.robot_import.mapping import read_mapping
 from skylimb.apps.robot_import.mechanics import Actuation, actuation
 from skylimb.apps.robot_import.meshes import settle_meshes
@@ -210,6 +211,8 @@ def _report(path: Path, description: RobotDescription, mass_in: float, doubts: l
             found.append(Doubt("the simulation", str(error), "look at meshes and inertias", fatal=True))
         else:
             found += collision_doubts(collisions, mass)
+        if not any(doubt.fatal for doubt in found):
+            found += hover_doubts(robot)
     return RobotReport(path, description, mass_in, acting, collisions, together(found))
 
 
