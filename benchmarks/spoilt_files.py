@@ -3,9 +3,9 @@
     python benchmarks/spoilt_files.py [--count 10000] [--first 0] [--seed 1] [--kinds urdf mjcf sdf]
 
 In turn a URDF, an MJCF and an SDF are spoilt. The URDFs are those of the robots that ship and load without
-their flight file, some in the laboratory's style, and multirotors with an arm, a stick and arms that turn;
-the MJCFs are scenes of all robots that ship, and of one with an arm, as the engine writes them down; the SDF
-is a quadrotor with motor plugins and an arm. A mutation cuts the file off, puts something odd in the place of
+their flight file, some in the laboratory's style, and multirotors with an arm, a stick and arms that turn, one of
+two rotors; the MJCFs are scenes of all robots that ship, and of one with an arm, as the engine writes them
+down; the SDF is a quadrotor with motor plugins and an arm. A mutation cuts the file off, puts something odd in the place of
 a number or a name, or takes out, doubles or swaps a tag; one to three a file. Files are checked, and their
 report is written, in processes of their own, so that a crash of the engine is seen as one, and a file that
 takes a minute of processor time as well. What is slow, raises anything but a skylimb error, says more than a
@@ -58,6 +58,8 @@ def whole(folder: Path) -> dict[str, list[str]]:
     files = [*sorted(SHIPPED.glob("*/*.urdf")), arm]
     files.append(multirotor_with_arm(folder / "stick.urdf", joints=(), stick=0.45, rotors=6, cant=0.3))
     files.append(multirotor_with_arm(folder / "turning.urdf", joints=(), stick=0.45, turning=1.5))
+    few = {"rotors": 2, "layers": (0.15,), "mount": "0.1 0 0", "mass": 0.8}
+    files.append(multirotor_with_arm(folder / "few.urdf", joints=(), stick=0.45, turning=1.5, **few))
     for gimbal in ("fixed", "revolute", "continuous"):
         files.append(folder / f"{gimbal}.urdf")
         files[-1].write_text(lab_urdf(gimbal=gimbal), encoding="utf-8")

@@ -26,7 +26,13 @@ from skylimb.flight.takeoff import Takeoff, take_off
 
 @functools.cache
 def ready(controller: str) -> tuple[Takeoff, CompiledController]:
-    (takeoff,) = take_off("paper", (controller,), set=CIRCLE)
+    return made_ready("paper", controller, CIRCLE)
+
+
+def made_ready(
+    experiment: str, controller: str, keys: Mapping[str, Any]
+) -> tuple[Takeoff, CompiledController]:
+    (takeoff,) = take_off(experiment, (controller,), set=keys)
     return takeoff, compiled(takeoff, tells=True)
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +23,7 @@ from skylimb.apps.ros.simulated import Simulated
 from skylimb.apps.ros.states import FlightState
 from skylimb.flight.realtime.pacer import stepped
 from skylimb.flight.takeoff import take_off
-from steered import ready
+from steered import made_ready, ready
 
 _COMMANDS = {topic.name for topic in topics.ACTUATORS}
 SOON = FlightLimits(settled_time=0.2)
@@ -39,10 +40,12 @@ class Wire:
         files: tuple[str, ...] = ("motor_info.yaml",),
         limits: FlightLimits = SOON,
         dialect: Dialect = LAB_DIALECT,
+        flown: tuple[str, str, Mapping[str, Any]] = ("paper", "hybrid", CIRCLE),
     ) -> None:
-        takeoff, controller = ready("hybrid")
+        experiment, name, keys = flown
+        takeoff, controller = ready(name) if keys is CIRCLE else made_ready(*flown)
         config = read_lab_config([LAB / name for name in files], takeoff.robot)
-        (inner,) = take_off("paper", ("hybrid",), set={**CIRCLE, "controller_rate": 1000.0})
+        (inner,) = take_off(experiment, (name,), set={**keys, "controller_rate": 1000.0})
         link = lab_link(takeoff.robot)
         self.pacer = pacer = stepped(takeoff.period)
         self.robot = Simulated(inner, link, pacer, servos=config.servos, dialect=dialect)
