@@ -3,13 +3,13 @@
     python benchmarks/spoilt_files.py [--count 10000] [--first 0] [--seed 1] [--kinds urdf mjcf sdf]
 
 In turn a URDF, an MJCF and an SDF are spoilt. The URDFs are those of the robots that ship and load without
-their flight file, some in the laboratory's style, and multirotors with an arm, a stick and arms that turn, one of
-two rotors; the MJCFs are scenes of all robots that ship, and of one with an arm, as the engine writes them
-down; the SDF is a quadrotor with motor plugins and an arm. A mutation cuts the file off, puts something odd in the place of
-a number or a name, or takes out, doubles or swaps a tag; one to three a file. Files are checked, and their
-report is written, in processes of their own, so that a crash of the engine is seen as one, and a file that
-takes a minute of processor time as well. What is slow, raises anything but a skylimb error, says more than a
-line or leaves a file is listed, and the exit code is 1.
+their flight file, some in the laboratory's style, and multirotors with an arm, a stick and arms that turn,
+one of two rotors; the MJCFs are scenes of all robots that ship, and of one with an arm, as the engine writes
+them down; the SDF is a quadrotor with motor plugins and an arm. A mutation cuts the file off, puts something
+odd in the place of a number or a name, or takes out, doubles or swaps a tag; one to three a file. Files are
+checked, and their report is written, in processes of their own, so that a crash of the engine is seen as
+one, and a file that takes a minute of processor time as well. What is slow, raises anything but a skylimb
+error, says more than a line or leaves a file is listed, and the exit code is 1.
 `--first` leaves the files before it out, so that ten thousand can be checked in parts;
 `--keep FOLDER` keeps what is at fault.
 """
