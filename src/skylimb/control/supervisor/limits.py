@@ -100,7 +100,7 @@ class Limits(Gates):
             above=0.0,
             high=3.14,
         ),
-    ] = 0.9
+    ] = 0.7
     descend_for: Annotated[float, Key("s", "greatest length of a descent", above=0.0, high=600.0)] = 10.0
     floor: Annotated[
         float, Key("m", "height of the centre of gravity at which a retreat ends", low=-1e3, high=1e3)
