@@ -26,6 +26,8 @@ from skylimb.flight.takeoff import take_off
 from steered import made_ready, ready
 
 _COMMANDS = {topic.name for topic in topics.ACTUATORS}
+FLOWN: tuple[str, str, Mapping[str, Any]] = ("paper", "hybrid", CIRCLE)
+"""Experiment, controller and keys that most tests share, made once."""
 SOON = FlightLimits(settled_time=0.2)
 """Hover soon, as most tests begin there."""
 
@@ -40,10 +42,10 @@ class Wire:
         files: tuple[str, ...] = ("motor_info.yaml",),
         limits: FlightLimits = SOON,
         dialect: Dialect = LAB_DIALECT,
-        flown: tuple[str, str, Mapping[str, Any]] = ("paper", "hybrid", CIRCLE),
+        flown: tuple[str, str, Mapping[str, Any]] = FLOWN,
     ) -> None:
         experiment, name, keys = flown
-        takeoff, controller = ready(name) if keys is CIRCLE else made_ready(*flown)
+        takeoff, controller = ready(name) if flown is FLOWN else made_ready(*flown)
         config = read_lab_config([LAB / name for name in files], takeoff.robot)
         (inner,) = take_off(experiment, (name,), set={**keys, "controller_rate": 1000.0})
         link = lab_link(takeoff.robot)

@@ -7,7 +7,8 @@ import pytest
 from armed_robots import multirotor_with_arm
 from made_robots import chain
 from skylimb.apps.robot_import.checking import check_robot_file
-from skylimb.apps.robot_import.hover_flight import HOVER, hover_doubts, not_hovered
+from skylimb.apps.robot_import.findings import hover_doubts
+from skylimb.apps.robot_import.hover_flight import HOVER, not_hovered
 from skylimb.flight.public import run
 from skylimb.robots.loader import load_robot
 

@@ -10,8 +10,13 @@ from typing import Any
 import numpy as np
 
 from skylimb.apps.robot_import.doubts import Doubt, together
-from skylimb.apps.robot_import.findings import collision_doubts, faults, flight_doubts, inertia_doubts
-from skylimb.apps.robot_import.hover_flight import hover_doubts
+from skylimb.apps.robot_import.findings import (
+    collision_doubts,
+    faults,
+    flight_doubts,
+    hover_doubts,
+    inertia_doubts,
+)
 from skylimb.apps.robot_import.mapping import read_mapping
 from skylimb.apps.robot_import.mechanics import Actuation, actuation
 from skylimb.apps.robot_import.meshes import settle_meshes

@@ -104,6 +104,20 @@ def flight_doubts(robot: Robot, acting: Actuation) -> Iterator[Doubt]:
         )
 
 
+def hover_doubts(robot: Robot) -> Iterator[Doubt]:
+    """What a flight says of a robot of two or three rotors that joints turn; of another one nothing."""
+    if robot.pairs is robot:
+        return
+    # What flies takes a second to import, and other robots need none of it.
+    from skylimb.apps.robot_import.hover_flight import require_hover
+
+    yield from faults(
+        lambda: require_hover(robot),
+        "hover",
+        "vectoring servos that turn faster, or rotors farther from the line through their centres",
+    )
+
+
 def collision_doubts(found: SelfCollision, mass: float) -> Iterator[Doubt]:
     """What the simulation says: of the mass, kg, and of links that touch."""
     if abs(found.mass - mass) > 1e-6:

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from skylimb.analysis.recording.run import Run
-from skylimb.apps.robot_import.doubts import Doubt
-from skylimb.base.errors import SkylimbError
+from skylimb.base.errors import DescriptionError
 from skylimb.control.controller import load_controller
 from skylimb.flight.experiments.experiment import load_experiment
 from skylimb.flight.flying import fly
@@ -23,23 +20,16 @@ _NEAR = 0.25
 """How far from its place a hover may end, m."""
 
 
-def hover_doubts(robot: Robot) -> Iterator[Doubt]:
-    """What a flight says of a robot of two or three rotors that joints turn; of another one nothing."""
-    if robot.pairs is robot:
-        return
-    try:
-        takeoff = prepare(load_experiment("free_flight", HOVER), robot, load_controller("following", robot))
-        lost = not_hovered(simulated_run(takeoff, fly(takeoff)))
-    except SkylimbError as error:
-        yield Doubt("hover", f"its flight is refused: {error}", "correct it in the files")
-        return
+def require_hover(robot: Robot) -> None:
+    """Refuse a robot that does not last in a hover in free flight under `following`.
+
+    Raises:
+        SkylimbError: saying what became of it, or why it is not flown.
+    """
+    takeoff = prepare(load_experiment("free_flight", HOVER), robot, load_controller("following", robot))
+    lost = not_hovered(simulated_run(takeoff, fly(takeoff)))
     if lost:
-        yield Doubt(
-            "hover",
-            f"is held at rest, but does not last in a flight: {lost}",
-            "vectoring servos that turn faster, or rotors farther from the line through their centres",
-            fatal=True,
-        )
+        raise DescriptionError(f"is held at rest, but does not last in a flight: {lost}")
 
 
 def not_hovered(run: Run) -> str:
