@@ -285,7 +285,7 @@ def test_the_surface_is_followed_as_the_tip_goes(look: Any) -> None:
         before, position=position, force=force, reference={"tip_velocity": task(0.0, *path)}
     )
     shown = np.array([*across, seen])
-    wanted = follow_surface(numeric(GAINS.surface), before.surface, place, 1.0, 0.0, shown, DT)
+    wanted = follow_surface(numeric(GAINS.surface), before.surface, place, 1.0, 0.0, np.zeros(2), shown, DT)
     np.testing.assert_allclose(state.surface.estimate, wanted.estimate, atol=1e-9)
     np.testing.assert_allclose(state.surface.covariance, wanted.covariance, atol=1e-9)
     slope = state.surface.estimate[1:]
@@ -310,7 +310,9 @@ def test_a_weak_touch_teaches_nothing(
     )
     shown = np.array([0.0, known, 0.3 / -max(pressed, 0.3)])
     place = TURN.T @ (ARM + task(0.01, 0.002, 0.0))
-    wanted = follow_surface(numeric(GAINS.surface), before.surface, place, touching, 0.0, shown, DT)
+    wanted = follow_surface(
+        numeric(GAINS.surface), before.surface, place, touching, 0.0, np.zeros(2), shown, DT
+    )
     np.testing.assert_allclose(state.surface.estimate, wanted.estimate, atol=1e-9)
 
 
@@ -322,9 +324,8 @@ def test_a_fresh_touch_is_taken_as_it_is_and_a_slow_path_shows_less(look: Any) -
     before = at_state(SLIDE, slope=(0.1, 0.2))
     state, _, _ = look(before, force=TURN @ [-1.0, 0.0, 0.5], position=task(0.0, 0.01, 0.0), reference=slow)
     place = TURN.T @ (ARM + task(0.0, 0.01, 0.0))
-    wanted = follow_surface(
-        numeric(GAINS.surface), before.surface, place, 1.0, 0.0, np.array([0.0, 0.5, -0.5]), DT
-    )
+    shown = np.array([0.0, 0.5, -0.5])
+    wanted = follow_surface(numeric(GAINS.surface), before.surface, place, 1.0, 0.0, np.zeros(2), shown, DT)
     np.testing.assert_allclose(state.surface.estimate, wanted.estimate, atol=1e-7)
 
 

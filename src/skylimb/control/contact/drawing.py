@@ -21,6 +21,7 @@ from skylimb.base.keys import Key, configuration
 from skylimb.control.contact import following
 from skylimb.control.contact_machine import RETREAT, MachineState, is_in
 from skylimb.control.estimation.friction import (
+    Climbed,
     FrictionGains,
     FrictionState,
     direction,
@@ -177,7 +178,10 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     seen = vector(dot(u, estimate.wrench.force), dot(v, estimate.wrench.force))
     # Friction grows with the force: where the path says that, it is learnt for each newton.
     share = view.ease * engaged * wanted_force(reference.force, 1.0)
-    friction = follow_friction(gains.friction, state.friction, seen, share, path, inputs.dt)
+    whole = where(reference.force > 0.0, 1.0, inputs.force)
+    slope, covariance = inner.surface.estimate, inner.surface.covariance
+    climbed = Climbed(whole * slope[1:3], vector(covariance[1, 1], covariance[2, 2]))
+    friction = follow_friction(gains.friction, state.friction, seen, share, path, climbed, inputs.dt)
     across = expected_across(state.friction, share, direction(gains.friction, path))
     view = view._replace(across=(u * across[0] + v * across[1]) * (1.0 - view.gone))
     signals = {**signals, "pace": pace, "friction_estimate": friction.friction}

@@ -45,7 +45,7 @@ from skylimb.control.needs import Needs
 from skylimb.control.press import EASED, PLAIN, SEARCHING, WAITING
 from skylimb.control.records import ContactView, LawInput
 from skylimb.control.task_axes import in_task, normal_force_on, seen_across
-from skylimb.symbolic import Array, clip, cross, dot, low_pass, max, min, where
+from skylimb.symbolic import Array, clip, cross, dot, low_pass, max, min, vector, where
 
 PROVIDES = (
     "contact.engaged",
@@ -221,7 +221,10 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     little = clip((FELT[1] * pressed - normal_force) / ((FELT[1] - FELT[0]) * pressed + 1e-6), 0.0, 1.0)
     touching = touching * (1.0 - little)
     across = seen_across(estimate.wrench, path, speed, axes)
-    surface = follow_surface(gains.surface, state.surface, place, touching, fresh, across, dt)
+    ways = vector(place[1] - state.touched[0], place[2] - state.touched[1])
+    surface = follow_surface(
+        gains.surface, state.surface, place, touching, fresh, fresh * state.known * ways, across, dt
+    )
     slope = surface.estimate[1:3]
     surface_velocity = engaged * (slope[0] * path[0] + slope[1] * path[1])
 
@@ -231,8 +234,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     gone = little * clip((sunk - SUNK[0]) / (SUNK[1] - SUNK[0]), 0.0, 1.0)
 
     # 3. Along the contact axis.
-    ways = place[1] - state.touched[0], place[2] - state.touched[1]
-    height = expected_height(gains.surface, state.surface, *ways)
+    height = expected_height(gains.surface, state.surface, ways[0], ways[1])
     axis_position, axis_velocity = led(
         gains, machine, state.axis_position, nominal, state.known, height, inputs
     )

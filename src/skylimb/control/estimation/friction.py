@@ -11,8 +11,13 @@ observer's,
 
     r = f / e - (l - F d'),        l <- l + k r dt,        F <- F - k (r . d') dt,
 
-both only while the path goes on. On a path with a force of its own, e is that force in N, and l and F are for
-each newton.
+both only while the path goes on. The way of the pen tells of a slope as well, sooner and without friction: a
+surface that rises by s per metre of way pushes back with s N where it is pressed with N, so
+
+    l <- l + k_s (s N / e - l) dt / (1 + P / 0.05^2),
+
+with P the variance of s. On a path with a force of its own, e is that force in N, and l and F are for each
+newton.
 """
 
 from __future__ import annotations
@@ -26,6 +31,8 @@ from skylimb.symbolic import Array, clip, low_pass, vector, where
 
 MOST = 1.5
 """Bound of l along each axis, and of F, N: a wrong estimate may not push harder than a surface can."""
+SURE = 0.05
+"""Standard deviation of a slope that is known."""
 _LEAST_SHARE, _MOST_SHARE = 0.3, 20.0
 """Below that share of the wanted force nothing is learnt; above 1 it is a force in N."""
 
@@ -42,6 +49,21 @@ class FrictionGains:
     speed: Annotated[
         float, Key("m/s", "speed of the path from which friction counts in full", above=0.0, high=1.0)
     ] = 0.01
+    slope_rate: Annotated[
+        float, Key("1/s", "k_s, rate at which l follows a slope that the pen climbs", low=0.0, high=100.0)
+    ] = 1.5
+
+
+class Climbed(NamedTuple):
+    """What the way of the pen says of the slope, along the sliding axes.
+
+    Attributes:
+        lean: force with which the slope pushes back, for the whole wanted force, N, (2,).
+        variance: of the slope, (2,).
+    """
+
+    lean: Array
+    variance: Array
 
 
 class FrictionState(NamedTuple):
@@ -70,7 +92,7 @@ def expected_across(state: FrictionState, share: Any, d: Array) -> Array:
 
 
 def follow_friction(
-    gains: Any, state: FrictionState, seen: Array, share: Any, path: Array, dt: float
+    gains: Any, state: FrictionState, seen: Array, share: Any, path: Array, climbed: Climbed, dt: float
 ) -> FrictionState:
     """One tick of learning.
 
@@ -80,6 +102,7 @@ def follow_friction(
         seen: estimated force in the sliding plane, N, (2,).
         share: e, of the wanted force with which the pen is pressed; 0 without touch.
         path: velocity of the path in the sliding plane, m/s, (2,).
+        climbed: what is known of the slope.
         dt: control period, s.
     """
     d, touching = direction(gains, path), where(share > 0.0, 1.0, 0.0)
@@ -89,6 +112,10 @@ def follow_friction(
     rate = gains.rate * dt * clip(2.0 * length - 1.0, 0.0, 1.0) * where(share > _LEAST_SHARE, 1.0, 0.0)
     whole = clip(share, _LEAST_SHARE, _MOST_SHARE)
     error = [seen[i] / whole - state.lean[i] + state.friction * going[i] for i in (0, 1)]
-    lean = vector(*(clip(state.lean[i] + rate * error[i], -MOST, MOST) for i in (0, 1)))
+    follows = gains.slope_rate * dt * touching
+    rise = [
+        follows * (climbed.lean[i] - state.lean[i]) / (1.0 + climbed.variance[i] / SURE**2) for i in (0, 1)
+    ]
+    lean = vector(*(clip(state.lean[i] + rate * error[i] + rise[i], -MOST, MOST) for i in (0, 1)))
     along = error[0] * going[0] + error[1] * going[1]
     return FrictionState(lean, clip(state.friction - rate * along, 0.0, MOST), going)

@@ -5,9 +5,10 @@ w = w_0 + s_u du + s_v dv, with w along a. A Kalman filter on (w, s_u, s_v) move
 
     w <- w + s_u du + s_v dv,      P <- A P A^T + |d| diag(0, q, q),      measured: w of the tip,
 
-so that the slope drifts with the distance travelled, never with time: a pen at rest learns nothing. The other
-direction than that of the path is seen by the force: friction acts against the slip, so what the contact
-pushes across the path (tangent b) can only be the slope's, f . b = s_b f . a.
+so that the slope drifts with the distance travelled, never with time: a pen at rest learns nothing. A pen
+that lands again after a lift measures how far the surface has risen on the way. The other direction than that
+of the path is seen by the force: friction acts against the slip, so what the contact pushes across the path
+(tangent b) can only be the slope's, f . b = s_b f . a.
 
 The outward normal of the surface, which points to the robot, is n = -(a - s_u u - s_v v) / |...|.
 """
@@ -20,7 +21,7 @@ import numpy as np
 
 from skylimb.base.keys import Key, configuration
 from skylimb.control.estimation.kalman import corrected
-from skylimb.symbolic import Array, clip, dot, exp, matrix, vector
+from skylimb.symbolic import Array, clip, dot, exp, matrix, vector, where
 
 
 @configuration
@@ -53,6 +54,9 @@ SMOOTHING = 0.1
 REST_SPEED = 0.03
 """Speed of the tip's place behind that low pass that may be noise alone, m/s."""
 
+DOUBTFUL = 3.0
+"""So many standard deviations from where it was expected a landing shows another surface, or a step."""
+
 STEEPEST = 2.0
 """No slope is believed to be steeper, 1."""
 
@@ -72,7 +76,14 @@ class SurfaceState(NamedTuple):
 
 
 def follow_surface(
-    gains: Any, state: SurfaceState, place: Array, touching: Any, fresh: Any, across: Array, dt: float
+    gains: Any,
+    state: SurfaceState,
+    place: Array,
+    touching: Any,
+    fresh: Any,
+    hop: Array,
+    across: Array,
+    dt: float,
 ) -> SurfaceState:
     """One step of the filter.
 
@@ -82,6 +93,8 @@ def follow_surface(
         place: of the tip in the task's frame (w, u, v), m, (3,).
         touching: 1 while the tip touches for sure, else 0: nothing is learnt in the air.
         fresh: 1 at the first tick of a touch, where the place is taken as it is.
+        hop: way (u, v) from where the tip touched last to where it lands on a surface that it knows, m; zeros
+            else.
         across: (3,): direction b across the path, (u, v), and the slope that the force shows along it;
             zeros where it shows none.
         dt: control period, s.
@@ -93,10 +106,15 @@ def follow_surface(
     travelled = (du**2 + dv**2 + 1e-16) ** 0.5
     way = touching * clip(travelled - REST_SPEED * dt, 0.0, 1.0)
     du, dv = du * touching, dv * touching
+    du, dv = du + hop[0], dv + hop[1]
+    away = (hop[0] ** 2 + hop[1] ** 2) ** 0.5
     A = matrix([[1.0, du, dv], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     x = A @ state.estimate
-    P = A @ state.covariance @ A.T + way * gains.drift * np.diag([0.0, 1.0, 1.0])
-    x = vector(x[0] + fresh * (place[0] - x[0]), x[1], x[2])
+    P = A @ state.covariance @ A.T + (way + away) * gains.drift * np.diag([0.0, 1.0, 1.0])
+    P = P + gains.drift * away**3 * np.diag([1.0, 0.0, 0.0])
+    expected = (place[0] - x[0]) ** 2 < DOUBTFUL**2 * (P[0, 0] + gains.height_noise**2)
+    known = where(away > 0.0, 1.0, 0.0) * where(expected, 1.0, 0.0)
+    x = vector(x[0] + fresh * (1.0 - known) * (place[0] - x[0]), x[1], x[2])
     # A measurement counts as much as the way that it stands for.
     moved = way / (way + REST_SPEED * dt)
     height = vector(1.0, 0.0, 0.0)
