@@ -20,6 +20,7 @@ import numpy as np
 
 from skylimb.control.planning.vectoring import nominal_posture
 from skylimb.control.supervisor.balance import RATE
+from skylimb.control.supervisor.kept_ways import Ways, kept_or_found
 from skylimb.control.supervisor.limits import Limits
 from skylimb.robots.equilibrium import can_hold, hovers
 from skylimb.robots.equilibrium_results import Held, Within
@@ -50,8 +51,8 @@ class Descents(NamedTuple):
         limp: likewise without the servo of each shape joint.
     """
 
-    angles: tuple[np.ndarray | None, ...] = ()
-    limp: tuple[np.ndarray | None, ...] = ()
+    angles: Ways = ()
+    limp: Ways = ()
 
     def missing(self, left: Array) -> Any:
         """How many rotors are lost without which there is no way down; `left` is 0 of a lost one, (n,)."""
@@ -145,8 +146,12 @@ def _descents(robot: Robot, purpose: str) -> Descents:
     if robot.turned is not None:  # neither two nor three rotors can do without one
         return Descents((None,) * robot.pairs.n_rotors, (None,) * robot.n_joints)
     posture = nominal_posture(robot, purpose)
-    rotors = tuple(_without(robot, lost, *posture) for lost in range(robot.n_rotors))
-    return Descents(rotors, tuple(_slack(robot, joint, *posture) for joint in range(robot.n_joints)))
+
+    def search() -> tuple[Ways, Ways]:
+        rotors = tuple(_without(robot, lost, *posture) for lost in range(robot.n_rotors))
+        return rotors, tuple(_slack(robot, joint, *posture) for joint in range(robot.n_joints))
+
+    return Descents(*kept_or_found(robot, posture, (*LEANS, ROOM, NEAR, SLACK), search))
 
 
 def _without(robot: Robot, lost: int, q: np.ndarray, psi: np.ndarray) -> np.ndarray | None:
