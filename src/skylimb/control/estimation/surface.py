@@ -107,13 +107,15 @@ def follow_surface(
     way = touching * clip(travelled - REST_SPEED * dt, 0.0, 1.0)
     du, dv = du * touching, dv * touching
     du, dv = du + hop[0], dv + hop[1]
-    away = (hop[0] ** 2 + hop[1] ** 2) ** 0.5
+    square = hop[0] ** 2 + hop[1] ** 2
+    again = where(square > 0.0, 1.0, 0.0)
+    away = again * (square + 1.0 - again) ** 0.5  # a root of 0 has no derivative
     A = matrix([[1.0, du, dv], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     x = A @ state.estimate
     P = A @ state.covariance @ A.T + (way + away) * gains.drift * np.diag([0.0, 1.0, 1.0])
     P = P + gains.drift * away**3 * np.diag([1.0, 0.0, 0.0])
     expected = (place[0] - x[0]) ** 2 < DOUBTFUL**2 * (P[0, 0] + gains.height_noise**2)
-    known = where(away > 0.0, 1.0, 0.0) * where(expected, 1.0, 0.0)
+    known = again * where(expected, 1.0, 0.0)
     x = vector(x[0] + fresh * (1.0 - known) * (place[0] - x[0]), x[1], x[2])
     # A measurement counts as much as the way that it stands for.
     moved = way / (way + REST_SPEED * dt)
