@@ -113,6 +113,7 @@ def follow_surface(
     A = matrix([[1.0, du, dv], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     x = A @ state.estimate
     P = A @ state.covariance @ A.T + (way + away) * gains.drift * np.diag([0.0, 1.0, 1.0])
+    # The slope may have changed all along a way in the air.
     P = P + gains.drift * away**3 * np.diag([1.0, 0.0, 0.0])
     expected = (place[0] - x[0]) ** 2 < DOUBTFUL**2 * (P[0, 0] + gains.height_noise**2)
     known = again * where(expected, 1.0, 0.0)

@@ -21,7 +21,7 @@ Ways = tuple[np.ndarray | None, ...]
 """Vectoring angles without each of some parts, rad, (nv,); None where there is no way down."""
 
 VERSION = 1
-"""Of the search: another one finds other angles."""
+"""Counts up when the search changes: what another one found is not used."""
 
 
 def kept_or_found(
