@@ -22,7 +22,7 @@ from skylimb.symbolic import low_pass
 DT = 0.005
 GAINS: Any = numeric(FrictionGains(rate=0.5, first=0.2, lag=8.0, speed=0.01))
 LEAN, FRICTION = np.array([0.3, -0.1]), 0.45
-UNKNOWN = Climbed(np.zeros(2), np.full(2, 1e9))
+UNKNOWN = Climbed(np.zeros(2), np.full(2, 1e9), 0.0)
 
 
 def slide(seconds: float, share: float = 1.0, speed: float = 0.05) -> FrictionState:
@@ -71,7 +71,7 @@ def test_a_wrong_force_teaches_no_more_than_a_surface_can_do() -> None:
 def test_a_slope_that_was_climbed_is_known_the_more_the_surer_it_is(variance: float, share: float) -> None:
     """A tick at rest, where the force says nothing: friction holds the pen."""
     state = numeric(initial_friction_state(GAINS))
-    climbed = Climbed(np.array([0.36, -0.2]), np.full(2, variance))
+    climbed = Climbed(np.array([0.36, -0.2]), np.full(2, variance), 0.05)
     seen, rests = np.array([-5.0, 5.0]), np.zeros(2)
     state = follow_friction(GAINS, state, seen, 1.0, rests, climbed, DT)
     np.testing.assert_allclose(state.lean, GAINS.slope_rate * DT * share * climbed.lean, atol=1e-9)
@@ -80,6 +80,15 @@ def test_a_slope_that_was_climbed_is_known_the_more_the_surer_it_is(variance: fl
 
 def test_a_pen_in_the_air_forgets_no_slope() -> None:
     state = FrictionState(LEAN, FRICTION, np.zeros(2))
-    flat = Climbed(np.zeros(2), np.zeros(2))
+    flat = Climbed(np.zeros(2), np.zeros(2), 0.0)
     found = follow_friction(GAINS, state, np.zeros(2), 0.0, np.array([0.05, 0.0]), flat, DT)
     np.testing.assert_array_equal(found.lean, LEAN)
+
+
+@pytest.mark.parametrize(("speed", "share"), [(0.0, 1.0), (0.05, 1.0), (0.075, 0.5), (0.1, 0.0), (0.5, 0.0)])
+def test_along_a_fast_path_the_force_alone_tells(speed: float, share: float) -> None:
+    """A board that sways looks like a slope, to a pen that crosses it fast."""
+    state, rests = numeric(initial_friction_state(GAINS)), np.zeros(2)
+    climbed = Climbed(np.array([0.36, -0.2]), np.zeros(2), speed)
+    state = follow_friction(GAINS, state, rests, 1.0, rests, climbed, DT)
+    np.testing.assert_allclose(state.lean, GAINS.slope_rate * DT * share * climbed.lean, atol=1e-9)

@@ -180,7 +180,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     share = view.ease * engaged * wanted_force(reference.force, 1.0)
     whole = where(reference.force > 0.0, 1.0, inputs.force)
     slope, covariance = inner.surface.estimate, inner.surface.covariance
-    climbed = Climbed(whole * slope[1:3], vector(covariance[1, 1], covariance[2, 2]))
+    climbed = Climbed(whole * slope[1:3], vector(covariance[1, 1], covariance[2, 2]), own)
     friction = follow_friction(gains.friction, state.friction, seen, share, path, climbed, inputs.dt)
     across = expected_across(state.friction, share, direction(gains.friction, path))
     view = view._replace(across=(u * across[0] + v * across[1]) * (1.0 - view.gone))

@@ -16,8 +16,9 @@ surface that rises by s per metre of way pushes back with s N where it is presse
 
     l <- l + k_s (s N / e - l) dt / (1 + P / 0.05^2),
 
-with P the variance of s. On a path with a force of its own, e is that force in N, and l and F are for each
-newton.
+with P the variance of s. A path that is fast turns soon, and there the force tells; a board that sways under
+it would look like a slope. So k_s is less from 0.05 m/s on, and 0 from 0.1 m/s. On a path with a force of its
+own, e is that force in N, and l and F are for each newton.
 """
 
 from __future__ import annotations
@@ -33,6 +34,8 @@ MOST = 1.5
 """Bound of l along each axis, and of F, N: a wrong estimate may not push harder than a surface can."""
 SURE = 0.05
 """Standard deviation of a slope that is known."""
+FAST = 0.1
+"""Speed of the path from which the force alone tells, m/s."""
 _LEAST_SHARE, _MOST_SHARE = 0.3, 20.0
 """Below that share of the wanted force nothing is learnt; above 1 it is a force in N."""
 
@@ -60,10 +63,12 @@ class Climbed(NamedTuple):
     Attributes:
         lean: force with which the slope pushes back, for the whole wanted force, N, (2,).
         variance: of the slope, (2,).
+        speed: of the path, however slowly it is gone along, m/s.
     """
 
     lean: Array
     variance: Array
+    speed: Any
 
 
 class FrictionState(NamedTuple):
@@ -112,7 +117,7 @@ def follow_friction(
     rate = gains.rate * dt * clip(2.0 * length - 1.0, 0.0, 1.0) * where(share > _LEAST_SHARE, 1.0, 0.0)
     whole = clip(share, _LEAST_SHARE, _MOST_SHARE)
     error = [seen[i] / whole - state.lean[i] + state.friction * going[i] for i in (0, 1)]
-    follows = gains.slope_rate * dt * touching
+    follows = gains.slope_rate * dt * touching * clip(2.0 - 2.0 * climbed.speed / FAST, 0.0, 1.0)
     rise = [
         follows * (climbed.lean[i] - state.lean[i]) / (1.0 + climbed.variance[i] / SURE**2) for i in (0, 1)
     ]
