@@ -81,7 +81,7 @@ def follow_surface(
     place: Array,
     touching: Any,
     fresh: Any,
-    hop: Array,
+    flown: Array,
     across: Array,
     dt: float,
 ) -> SurfaceState:
@@ -93,7 +93,7 @@ def follow_surface(
         place: of the tip in the task's frame (w, u, v), m, (3,).
         touching: 1 while the tip touches for sure, else 0: nothing is learnt in the air.
         fresh: 1 at the first tick of a touch, where the place is taken as it is.
-        hop: way (u, v) from where the tip touched last to where it lands on a surface that it knows, m; zeros
+        flown: way (u, v) from where the tip touched last to where it lands on a surface that it knows, m; zeros
             else.
         across: (3,): direction b across the path, (u, v), and the slope that the force shows along it;
             zeros where it shows none.
@@ -106,8 +106,8 @@ def follow_surface(
     travelled = (du**2 + dv**2 + 1e-16) ** 0.5
     way = touching * clip(travelled - REST_SPEED * dt, 0.0, 1.0)
     du, dv = du * touching, dv * touching
-    du, dv = du + hop[0], dv + hop[1]
-    square = hop[0] ** 2 + hop[1] ** 2
+    du, dv = du + flown[0], dv + flown[1]
+    square = flown[0] ** 2 + flown[1] ** 2
     again = where(square > 0.0, 1.0, 0.0)
     away = again * (square + 1.0 - again) ** 0.5  # a root of 0 has no derivative
     A = matrix([[1.0, du, dv], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
