@@ -93,8 +93,8 @@ def follow_surface(
         place: of the tip in the task's frame (w, u, v), m, (3,).
         touching: 1 while the tip touches for sure, else 0: nothing is learnt in the air.
         fresh: 1 at the first tick of a touch, where the place is taken as it is.
-        flown: way (u, v) from where the tip touched last to where it lands on a surface that it knows, m; zeros
-            else.
+        flown: way (u, v) from where the tip touched last to where it lands on a surface that it knows, m;
+            zeros else.
         across: (3,): direction b across the path, (u, v), and the slope that the force shows along it;
             zeros where it shows none.
         dt: control period, s.
