@@ -6,6 +6,7 @@ import numpy as np
 
 from skylimb.base.rotations import rot_z
 from skylimb.control.missions.mission import Mission
+from skylimb.control.missions.plan import StandingOut
 from skylimb.control.missions.reference import Reference
 from skylimb.robots.model import Robot
 from skylimb.simulation.surfaces import Surface, require_clear, require_fits, require_path
@@ -35,21 +36,39 @@ def points_of(robot: Robot, first: Reference) -> np.ndarray:
     return np.asarray(first.position) + (points - state.cog_root) @ R_WB.T
 
 
-def standing_out(surface: Surface, mission: Mission) -> float:
-    """How far the surface stands out toward the robot, at most, under the ways on which the pen is lifted.
+def standing_out(surface: Surface, mission: Mission) -> StandingOut:
+    """What stands out toward the robot under the ways on which the pen is lifted.
 
     A mission lays its path on the nominal surface, a plane through the middle of the path. A pen that goes
     from stroke to stroke must pass over what stands out of that plane, so whoever plans the flight must know
-    this one number; no controller knows more.
+    how far that is, and how far beyond the line between the ends of each way; no controller knows more.
 
     Returns:
-        m, from the plane along the contact axis; 0 where nothing stands out or nothing is lifted.
+        Nothing where nothing is lifted.
     """
-    lifted = mission.in_phase("lift")
-    if not lifted.any():
-        return 0.0
+    lifted = np.flatnonzero(mission.in_phase("lift"))
+    if not len(lifted):
+        return StandingOut()
     axis = mission.frame.contact
-    gaps = surface.distance_along(mission.tip_path[lifted], axis)
+    path = mission.tip_path[lifted]
+    gaps = surface.distance_along(path, axis)
     moved = surface.motion(mission.times)[0] * float(surface.motion_axis @ axis)
     nearest = float(np.nanmin(gaps, initial=0.0)) + min(float(moved.min()), 0.0)
-    return max(0.0, -nearest)
+    # A surface that moves may be elsewhere by the time that the pen comes back.
+    sways = float(moved.max() - moved.min())
+    each = np.split(np.arange(len(lifted)), np.flatnonzero(np.diff(lifted) > 1) + 1)
+    ways = tuple(_beyond_line(path[way], gaps[way]) + sways for way in each)
+    return StandingOut(max(0.0, -nearest), ways)
+
+
+def _beyond_line(path: np.ndarray, gaps: np.ndarray) -> float:
+    """How far a surface stands out beyond the line between the ends of a way over it, m.
+
+    Args:
+        path: of the way, (k, 3), m.
+        gaps: from there to the surface, (k,), m.
+    """
+    way = path[-1] - path[0]
+    done = (path - path[0]) @ way / max(float(way @ way), 1e-12)
+    line = gaps[0] + done * (gaps[-1] - gaps[0])
+    return float(np.nanmax(line - gaps, initial=0.0))

@@ -19,7 +19,7 @@ from skylimb.control.controller import Controller, is_traceable
 from skylimb.control.missions.configuration import MOST_PATIENCE, MissionConfig
 from skylimb.control.missions.frame import contact_frame
 from skylimb.control.missions.mission import Mission
-from skylimb.control.missions.plan import plan_mission
+from skylimb.control.missions.plan import StandingOut, plan_mission
 from skylimb.control.missions.posture import posture_plan
 from skylimb.control.missions.table import Window, window_of
 from skylimb.control.needs import Needs, needs_of, require_imu
@@ -199,8 +199,8 @@ def _mission(
     shared = config.trajectory.shape not in ("drawing", "own") and _is_hashable(plan)
     planned = _planned if shared else _planned.__wrapped__
     mission = planned(*plan)
-    clearance = standing_out(surface, mission)
-    return planned(*plan, clearance) if clearance > 0.0 else mission
+    stands_out = standing_out(surface, mission)
+    return planned(*plan, stands_out) if stands_out.ways else mission
 
 
 @functools.lru_cache(maxsize=8)
@@ -212,7 +212,7 @@ def _planned(
     robot: Robot,
     vectoring: str,
     dt: float,
-    clearance: float = 0.0,
+    stands_out: StandingOut = StandingOut(),  # noqa: B008 (it cannot change)
 ) -> Mission:
     """The mission of a configuration; flights that differ in noise, plant or surface share one."""
     return plan_mission(
@@ -221,7 +221,7 @@ def _planned(
         np.asarray(center, dtype=float),
         posture_plan(posture, robot, vectoring),
         dt,
-        clearance,
+        stands_out,
     )
 
 

@@ -34,7 +34,14 @@ class References:
         self._family, self._table = posture_family(self.robot), vectoring_table(robot, purpose)
         self._frames = Frames(robot, link)
         self._template = template._replace(
-            tare=0.0, align=0.0, adapt=0.0, touch=0.0, wait=0.0, tip_acceleration=np.zeros(3), ahead=()
+            tare=0.0,
+            align=0.0,
+            adapt=0.0,
+            touch=0.0,
+            wait=0.0,
+            clearance=0.0,
+            tip_acceleration=np.zeros(3),
+            ahead=(),
         )
         self._form: Form = self._family.theta_nominal
         self._posture = self._made(self._form)

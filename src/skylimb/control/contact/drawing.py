@@ -208,11 +208,10 @@ def _leaving(gains: Any, state: State, machine: MachineState) -> Any:
 
 
 def _back(gains: Any, state: State, machine: MachineState, left: Any, inputs: LawInput) -> tuple[Any, Any]:
-    """Place (m) and speed (m/s) along the axis on the way back, to where the mission wants the lifted pen."""
+    """Place (m) and speed (m/s) along the axis on the way back, to where the lifted pen is wanted."""
     reference, before = inputs.reference, state.following.axis_position
-    nominal = dot(reference.contact_axis, reference.tip_position)
-    clear = left - gains.hop
-    aim = where(reference.touch < 0.5, where(nominal < clear, nominal, clear), nominal)
+    out = following.out_of_touch(gains, state.following, inputs)
+    aim = where(reference.touch < 0.5, min(out, left - gains.hop), out)
     gathering = clip((machine.since - gains.leave_time) / gains.retreat_ramp, 0.05, 1.0)
     most = gains.retreat_speed * gathering * inputs.dt
     step = clip(aim - before, -most, most)

@@ -19,7 +19,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from skylimb.base.keys import Key, configuration, refused
-from skylimb.control.contact_lead import led
+from skylimb.control.contact_lead import led, wanted_out
 from skylimb.control.contact_machine import (
     APPROACH,
     LOST,
@@ -196,7 +196,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     axes = a, u, cross(a, u)
     tip = estimate.body.position + estimate.arm
     place = in_task(tip, axes)
-    nominal = dot(a, reference.tip_position)
+    out = out_of_touch(gains, state, inputs)
 
     # 1. The machine.
     normal_force = normal_force_on(estimate.wrench, state.surface.estimate[1:3], axes)
@@ -205,9 +205,9 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
         touch=reference.touch * is_sound(estimate),
         force=-dot(a, estimate.wrench.force),
         smooth_force=-estimate.contact_force,
-        beyond=state.axis_position - nominal,
+        beyond=state.axis_position - dot(a, reference.tip_position),
         sunk=state.axis_position - state.lost_at,
-        clear=where(abs(state.axis_position - nominal) < 1e-3, 1.0, 0.0),
+        clear=where(abs(state.axis_position - out) < 1e-3, 1.0, 0.0),
     )
     machine = advance(gains.machine, before, cues, dt)
     engaged, engaged_before = is_in(machine.state, SETTLE, SLIDE), is_in(before.state, SETTLE, SLIDE)
@@ -235,9 +235,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
 
     # 3. Along the contact axis.
     height = expected_height(gains.surface, state.surface, ways[0], ways[1])
-    axis_position, axis_velocity = led(
-        gains, machine, state.axis_position, nominal, state.known, height, inputs
-    )
+    axis_position, axis_velocity = led(gains, machine, state.axis_position, out, state.known, height, inputs)
     axis_position = where(engaged > 0.5, place[0], axis_position)
     lost = is_in(machine.state, LOST) * (1.0 - is_in(before.state, LOST))
     lost_at = where(lost > 0.5, place[0], state.lost_at)
@@ -288,3 +286,15 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
         known,
     )
     return new, view, signals
+
+
+def out_of_touch(gains: Any, state: State, inputs: LawInput) -> Any:
+    """Where along the contact axis the tip is wanted out of touch, m."""
+    reference, body = inputs.reference, inputs.estimate.body
+    a, u = reference.contact_axis, reference.sliding_axis
+    axes = a, u, cross(a, u)
+    place = in_task(body.position + inputs.estimate.arm, axes)
+    soon = in_task(reference.ahead[-1].tip_position, axes) if reference.ahead else place
+    ways = (point[1:3] - state.touched for point in (place, soon))
+    heights = [expected_height(gains.surface, state.surface, way[0], way[1]) for way in ways]
+    return wanted_out(reference, dot(a, reference.tip_position), state.known, heights)

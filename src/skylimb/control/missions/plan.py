@@ -37,6 +37,20 @@ _LASTS = (
 )  # fmt: skip
 """Keys that say how long each phase of a mission lasts."""
 
+
+class StandingOut(NamedTuple):
+    """What stands out toward the robot under the ways on which the pen is lifted, along the contact axis.
+
+    Attributes:
+        nominal: how far the surface does at most, beyond its nominal place, m.
+        ways: for each way how far it does beyond the straight line between the way's ends, m; empty where
+            nobody knows, and a lift goes by the nominal place alone.
+    """
+
+    nominal: float = 0.0
+    ways: tuple[float, ...] = ()
+
+
 _LEVEL = 0.5
 """Level part of a contact axis above which the arm can reach along it."""
 
@@ -47,7 +61,7 @@ def plan_mission(
     center: np.ndarray,
     posture: PosturePlan,
     dt: float,
-    standing_out: float = 0.0,
+    standing_out: StandingOut = StandingOut(),  # noqa: B008 (it cannot change)
 ) -> Mission:
     """Lay the phases on the clock.
 
@@ -57,15 +71,14 @@ def plan_mission(
         center: middle of the path on the nominal surface, W, m, (3,).
         posture: nominal posture over time.
         dt: control period, s.
-        standing_out: how far the surface stands out beyond its nominal place, toward the robot, under the
-            ways on which the pen is lifted, m.
+        standing_out: what the pen has to pass over from stroke to stroke.
 
     Raises:
         ConfigError: when the mission lasts too long for its log to fit into memory.
     """
     path = trajectory(config.trajectory)
     clock = _lay_on_clock(config, path, posture, dt)
-    axis = _along_axis(config, path, clock, standing_out)
+    axis = _along_axis(config, path, clock, standing_out.nominal)
     touching, waiting = _touching_and_waiting(path, clock)
     contact, count = float(config.approach.contact), len(clock.times)
     sliding = clock.is_in("slide", "lift")[:, None]
@@ -102,6 +115,7 @@ def plan_mission(
         wait=waiting * contact,
         sliding_axis=np.tile(frame.sliding_u, (count, 1)),
         force=path.force(clock.since_slide) * contact,
+        clearance=_clearance(config, path, clock, standing_out.ways),
     )
     if not config.excitation.empty:
         duration = max(path.duration, posture.duration)
@@ -229,9 +243,21 @@ def _touching_and_waiting(path: Trajectory, clock: _Clock) -> tuple[np.ndarray, 
     return touching, waiting
 
 
+def _clearance(config: MissionConfig, path: Trajectory, clock: _Clock, ways: tuple[float, ...]) -> np.ndarray:
+    """What a lifted pen keeps from the line between two strokes, m, (k,); 0 where that is not known."""
+    clearance = np.zeros(len(clock.times))
+    # Bent around a post, a line between two strokes is none along one axis.
+    if config.approach.contact and config.wrap.radius is None:
+        for lift, way in zip(_lifts(path, clock.since_slide), ways, strict=False):
+            clearance[lift] = config.approach.lift + way
+    return clearance
+
+
 def _lifting(path: Trajectory, t: np.ndarray) -> np.ndarray:
     """Whether the pen leaves, is away or comes back at times t since the beginning of the slide, (k,)."""
-    lifting = np.zeros(t.shape, dtype=bool)
-    for leave, back in path.lifts:
-        lifting |= (t >= leave) & (t < back + path.lift_time)
-    return lifting
+    return np.any([np.zeros(t.shape, dtype=bool), *_lifts(path, t)], axis=0)
+
+
+def _lifts(path: Trajectory, t: np.ndarray) -> list[np.ndarray]:
+    """The same for each way from stroke to stroke."""
+    return [(t >= leave) & (t < back + path.lift_time) for leave, back in path.lifts]

@@ -33,6 +33,8 @@ class Reference(NamedTuple):
         wait: 1 while the mission should not go on without touch, else 0.
         sliding_axis: unit vector u of the sliding plane in W, (3,); the other one is contact_axis x u.
         force: wanted normal force, N; 0 where the path says none, and the controller's own gain counts.
+        clearance: way that a pen lifted from one stroke to the next has to keep from the straight line
+            between where it left the surface and where it comes back, m; 0 where the tip's position says it all.
         ahead: the references at later times on the mission's clock, as many as the controller's laws declare
             (`Needs.preview`); they have no `ahead` of their own.
     """
@@ -55,13 +57,14 @@ class Reference(NamedTuple):
     wait: Any
     sliding_axis: Array
     force: Any
+    clearance: Any
     ahead: tuple[Reference, ...] = ()
 
 
 def zero_reference(n_joints: int, n_vectoring: int) -> Reference:
     """A reference of zeros, which tells the sizes of all entries."""
     z3, q, psi = np.zeros(3), np.zeros(n_joints), np.zeros(n_vectoring)
-    return Reference(z3, z3, z3, 0.0, 0.0, q, psi, z3, 0.0, 0.0, 0.0, z3, z3, z3, 0.0, 0.0, z3, 0.0)
+    return Reference(z3, z3, z3, 0.0, 0.0, q, psi, z3, 0.0, 0.0, 0.0, z3, z3, z3, 0.0, 0.0, z3, 0.0, 0.0)
 
 
 RATES = ("velocity", "tip_velocity")

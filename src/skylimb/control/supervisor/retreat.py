@@ -106,6 +106,7 @@ def retreat(last: Reference, time: Any, floor: Any = 0.0, back: float = BACK) ->
         adapt=0.0,
         touch=0.0,
         wait=0.0,
+        clearance=0.0,
         ahead=(),
     )
 

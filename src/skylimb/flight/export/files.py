@@ -108,6 +108,8 @@ _ABOUT = {
     "reference.touch": "1 while the tip is to touch",
     "reference.wait": "1 while the mission should not go on without touch",
     "reference.sliding_axis": "unit vector u of the sliding plane, W",
+    "reference.force": "wanted normal force, N; 0 where the controller's own counts",
+    "reference.clearance": "of a lifted pen from the line between two strokes, m; 0 where it is not said",
     "signals.pace": "speed that the mission's clock is to have; 1 is its own",
     "told.pose": "1 where a pose has come since the last tick, else 0",
     "told.joints": "1 where joint angles have",
