@@ -19,7 +19,7 @@ from typing import Annotated, Any, NamedTuple
 
 from skylimb.base.keys import Key, configuration
 from skylimb.control.contact import following
-from skylimb.control.contact_machine import RETREAT, MachineState, is_in
+from skylimb.control.contact_machine import FREE, RETREAT, MachineState, is_in
 from skylimb.control.estimation.friction import (
     Climbed,
     FrictionGains,
@@ -46,6 +46,9 @@ GOES, LANDING_TIME = 0.005, 0.3
 
 OWN_PACE = 0.05
 """Below that pace the path's own speed is not known."""
+
+HURRY = 5.0
+"""Pace at which the rest of a lift goes by once the pen is clear of the surface."""
 
 ENDS = 0.0005
 """So far from the end of its stroke the path need not brake, m: the mission brings it to rest by itself."""
@@ -159,6 +162,10 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     pace = min(inner.pace, _in_time(gains, reference, own))
     pace = where(ends * engaged * (1.0 - ending) > 1e-9, 0.0, pace)
     pace = where(off > 0.5, 1.0, pace)
+    # Clear of the surface, the pen need not rest as long as the mission's way out would take.
+    out = is_in(inner.machine.state, FREE) * where(reference.clearance > 0.0, 1.0, 0.0)
+    out = out * where(own < GOES, 1.0, 0.0) * where(soon.touch < 0.5, 1.0, 0.0) * inner.known
+    pace = where(out > 0.5, HURRY, pace)
     begun = clip(loaded, gains.least_pace, 1.0)
     pace = where(view.engaged * where(pace > begun, 1.0, 0.0) > 0.5, begun, pace)
     inner = inner._replace(axis_position=place, pace=pace)
