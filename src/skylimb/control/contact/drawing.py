@@ -162,10 +162,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     pace = min(inner.pace, _in_time(gains, reference, own))
     pace = where(ends * engaged * (1.0 - ending) > 1e-9, 0.0, pace)
     pace = where(off > 0.5, 1.0, pace)
-    # Clear of the surface, the pen need not rest as long as the mission's way out would take.
-    out = is_in(inner.machine.state, FREE) * where(reference.clearance > 0.0, 1.0, 0.0)
-    out = out * where(own < GOES, 1.0, 0.0) * where(soon.touch < 0.5, 1.0, 0.0) * inner.known
-    pace = where(out > 0.5, HURRY, pace)
+    pace = where(_has_left(inner, reference, soon, own) > 0.5, HURRY, pace)
     begun = clip(loaded, gains.least_pace, 1.0)
     pace = where(view.engaged * where(pace > begun, 1.0, 0.0) > 0.5, begun, pace)
     inner = inner._replace(axis_position=place, pace=pace)
@@ -193,6 +190,12 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     view = view._replace(across=(u * across[0] + v * across[1]) * (1.0 - view.gone))
     signals = {**signals, "pace": pace, "friction_estimate": friction.friction}
     return State(inner, friction, engaged, leaving, left, loaded, ending, landing), view, signals
+
+
+def _has_left(inner: following.State, reference: Reference, soon: Reference, own: Any) -> Any:
+    """1 while a lifted pen is clear of the surface, and the path rests for the mission's longer way out."""
+    lifted = where(reference.clearance > 0.0, 1.0, 0.0) * where(soon.touch < 0.5, 1.0, 0.0)
+    return lifted * inner.known * is_in(inner.machine.state, FREE) * where(own < GOES, 1.0, 0.0)
 
 
 def _in_time(gains: Any, reference: Reference, own: Any) -> Any:
