@@ -14,7 +14,7 @@ from skylimb.base.packing import numeric
 from skylimb.base.rotations import rotation_from_rpy
 from skylimb.control.attitude import firm, impedance
 from skylimb.control.contact import drawing
-from skylimb.control.contact_machine import RETREAT, SETTLE, SLIDE
+from skylimb.control.contact_machine import FREE, RETREAT, SETTLE, SLIDE
 from skylimb.control.controller import load_controller
 from skylimb.control.missions.reference import zero_reference
 from skylimb.control.press import LOADING, UNLOADING
@@ -92,6 +92,19 @@ def test_the_way_back_never_leads_into_the_surface(runs: dict[str, Run]) -> None
     assert len(leaves) == 3
     for leave in leaves:
         assert tip[leave + round(1.0 / dt)] < tip[leave] - 0.015
+
+
+def test_a_lift_keeps_its_clearance_and_goes_little_further(runs: dict[str, Run]) -> None:
+    """Not as far as the board may stand out anywhere; and it is over before the mission's own time is."""
+    for log in (run.log for run in runs.values()):
+        state, gap, lift = log.contact_state.values, log.surface_gap.values, in_phase(log, "lift")
+        begins = np.flatnonzero(lift[1:] & ~lift[:-1]) + 1
+        for begin, end in zip(begins, [*begins[1:], len(lift)], strict=True):
+            away = gap[begin:end][(state[begin:end] == FREE) & lift[begin:end]]
+            assert 0.05 < away.max() < 0.09
+    log, dt = runs["drawing"].log, float(runs["drawing"].log.time[1] - runs["drawing"].log.time[0])
+    gone = log.mission_time.values[in_phase(log, "lift")]
+    assert in_phase(log, "lift").sum() * dt < np.ptp(gone)
 
 
 @pytest.mark.parametrize("behind", [-0.1, 0.1])

@@ -16,6 +16,7 @@ from skylimb.control.contact import following
 from skylimb.control.contact_lead import BRAKES, NEAR, SURE
 from skylimb.control.contact_machine import (
     APPROACH,
+    CLEAR,
     FREE,
     LOST,
     RECONTACT,
@@ -27,6 +28,7 @@ from skylimb.control.contact_machine import (
 )
 from skylimb.control.estimation.records import Start
 from skylimb.control.estimation.surface import SurfaceState, follow_surface
+from skylimb.control.missions.reference import zero_reference
 from skylimb.control.needs import Needs
 from skylimb.control.press import EASED, PLAIN, SEARCHING, WAITING
 from skylimb.control.records import ContactView, LawInput
@@ -162,6 +164,56 @@ def test_free_the_tip_goes_with_the_mission(look: Any) -> None:
     assert view.engaged == 0.0
     assert view.axis_position == state.axis_position == pytest.approx(1.12)
     assert view.axis_velocity == pytest.approx(0.03)
+
+
+@pytest.mark.parametrize(("off", "speed"), [(0.2, 0.12), (-0.03, -0.1), (0.004, None)])
+def test_free_the_tip_goes_softly_to_a_mission_that_has_left_it(
+    look: Any, off: float, speed: float | None
+) -> None:
+    """As where a supervisor breaks a lift off: what counts next is the mission's place alone."""
+    state = at_state(FREE, axis_position=1.1 - off)
+    state = state._replace(machine=state.machine._replace(reason=CLEAR))
+    found, view, _ = look(state, reference={"touch": 0.0, "tip_velocity": 0.03 * A})
+    assert view.axis_velocity == pytest.approx(0.03 if speed is None else speed)
+    assert found.axis_position == pytest.approx(1.1 if speed is None else 1.1 - off + speed * DT)
+
+
+def over_a_surface(now: float, **changes: Any) -> following.State:
+    """Above a surface that leans by 0.2 along u; the tip touched it at 1.1 m along the axis."""
+    surface = SurfaceState(np.array([1.1, 0.2, 0.0]), np.diag([1e-6, 1e-4, 1e-4]))
+    usual = {"surface": surface, "touched": np.array([0.0, 0.05]), "known": 1.0, "axis_position": 1.05}
+    return at_state(now, **usual | changes)
+
+
+LIFTED = {"touch": 0.0, "clearance": 0.05, "tip_position": ARM - 0.2 * A}
+
+
+@pytest.mark.parametrize("toward", [-0.08, 0.0, 0.08])
+def test_a_lifted_pen_keeps_the_clearance_to_a_surface_that_it_knows(look: Any, toward: float) -> None:
+    """Below the pen and where it will be soon, less two deviations; the mission would go out by 200 mm."""
+    soon = zero_reference(1, 1)._replace(tip_position=ARM - 0.2 * A + toward * U)
+    state, (there, deviation) = over_a_surface(RETREAT), (1.1 + 0.2 * toward, 0.0)
+    deviation = (1e-6 + 1e-4 * toward**2 + GAINS.surface.drift * abs(toward) ** 3) ** 0.5
+    wanted = min(1.1 - SURE * 1e-3, there - SURE * deviation) - 0.05
+    inputs = {"reference": {**LIFTED, "ahead": (soon,)}, "force": 0.0 * A, "contact_force": 0.0}
+    for _ in range(300):
+        state, view, _ = look(state, **inputs)
+    assert state.machine.state == FREE
+    assert state.axis_position == pytest.approx(wanted, abs=2e-3)
+    assert view.axis_velocity == pytest.approx(0.0, abs=0.01)
+
+
+def test_no_lift_goes_further_out_than_the_mission_says(look: Any) -> None:
+    doubtful = over_a_surface(RETREAT)
+    doubtful = doubtful._replace(surface=doubtful.surface._replace(covariance=np.eye(3)))
+    unknown = over_a_surface(RETREAT, known=0.0)
+    plain = LIFTED | {"clearance": 0.0}
+    for before, reference in ((doubtful, LIFTED), (unknown, LIFTED), (over_a_surface(RETREAT), plain)):
+        state = before
+        for _ in range(300):
+            state, _, _ = look(state, reference=reference, force=0.0 * A, contact_force=0.0)
+        assert state.machine.state == FREE
+        assert state.axis_position == pytest.approx(0.9, abs=1e-3)
 
 
 @pytest.mark.parametrize(("since", "share"), [(0.0, 0.0), (0.4, 0.5), (2.0, 1.0)])
@@ -374,6 +426,12 @@ def test_the_path_waits_for_a_pen_that_is_behind(look: Any, behind: float, share
     }
     _, _, pace = paced(look, at_state(SLIDE, pace=share, speed=1.0), reference)
     assert pace == pytest.approx(share, rel=1e-3)
+
+
+def test_a_path_that_stands_waits_for_no_pen(look: Any) -> None:
+    """As while the first press settles: a pen beside its path can only come after one that goes."""
+    standing = {**WAIT, "tip_velocity": np.zeros(3)}
+    assert paced(look, at_state(SLIDE), standing, position=task(0.0, 0.2, 0.0))[2] == 1.0
 
 
 def test_the_path_gathers_and_loses_speed_no_faster_than_it_may(look: Any) -> None:

@@ -13,12 +13,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from skylimb.control.contact_machine import APPROACH, FREE, RECONTACT, RETREAT, MachineState, is_in
+from skylimb.control.contact_machine import APPROACH, CLEAR, FREE, RECONTACT, RETREAT, MachineState, is_in
 from skylimb.control.records import LawInput, Reference
-from skylimb.symbolic import clip, dot, max, min, where
+from skylimb.symbolic import abs, clip, dot, max, min, where
 
 NEAR, SURE = 0.045, 2.0
 """A known surface is near from so far on, m, and so many standard deviations more."""
+
+LEFT, DRIFTS = 0.005, 0.3
+"""So far off a free tip has been left by its mission, m; time constant of its way there, s."""
 
 BRAKES = 1.2
 """Time constant in which the tip slows down for it, s."""
@@ -62,8 +65,11 @@ def led(
     faster = clip(far / BRAKES, 0.0, max(gains.return_speed - gains.approach_speed, 0.0))
     speed = gains.approach_speed + known * is_in(machine.state, APPROACH) * faster
     gathering = clip(machine.since / gains.approach_ramp, 0.0, 1.0)
-    velocity = searching * speed * gathering + is_in(machine.state, RETREAT) * back
-    floating = velocity + free * back
-    following = velocity + free * dot(reference.contact_axis, reference.tip_velocity)
-    position = where(free > 0.5, out, place + velocity * dt)
-    return where(lifted > 0.5, place + floating * dt, position), where(lifted > 0.5, floating, following)
+    # Free, the tip goes with the mission, but softly where that has left it or is told of by an estimate.
+    left = is_in(machine.reason, CLEAR) * where(abs(out - place) > LEFT, 1.0, 0.0)
+    softly = free * max(lifted, left)
+    exactly = free - softly
+    drift = clip((out - place) / DRIFTS, -gains.retreat_speed, gains.retreat_speed)
+    velocity = searching * speed * gathering + is_in(machine.state, RETREAT) * back + softly * drift
+    position = where(exactly > 0.5, out, place + velocity * dt)
+    return position, velocity + exactly * dot(reference.contact_axis, reference.tip_velocity)

@@ -122,6 +122,29 @@ def test_between_two_strokes_the_pen_leaves_and_comes_back() -> None:
     assert gaps.min() > 0.9 * experiment.approach.lift
 
 
+SHEET = {"surface.kind": "corrugated", "surface.slope": 0.0, "surface.amplitude": 0.01}
+SWAY = {"surface.sway_amplitude": 0.015, "surface.sway_frequency": 0.3}
+
+
+def test_a_lift_says_how_far_the_surface_stands_out_between_its_ends() -> None:
+    """A board that leans does not, however far it stands out of its nominal place."""
+    experiment, mission = lifting()
+    lift = mission.in_phase("lift")
+    np.testing.assert_array_equal(mission.reference.clearance[~lift], 0.0)
+    np.testing.assert_allclose(mission.reference.clearance[lift], experiment.approach.lift, atol=1e-4)
+    _, flat = lifting(**{"surface.slope": 0.0})
+    np.testing.assert_allclose(flat.reference.clearance[lift], experiment.approach.lift, atol=1e-9)
+
+
+def test_waves_and_sway_add_to_the_clearance() -> None:
+    experiment, mission = lifting(**SHEET)
+    clear = mission.reference.clearance[mission.in_phase("lift")]
+    assert np.ptp(clear) == 0.0
+    assert 0.01 < clear[0] - experiment.approach.lift <= 0.02 + 1e-9
+    _, swaying = lifting(**SWAY)
+    assert swaying.reference.clearance.max() - experiment.approach.lift == pytest.approx(0.03, abs=2e-3)
+
+
 def test_a_lifts_derivatives_are_sent() -> None:
     experiment, mission = lifting()
     reference, dt = mission.reference, experiment.control_period
