@@ -15,9 +15,6 @@ from skylimb.control.contact_machine import SLIDE, MachineState, is_in
 from skylimb.control.missions.reference import Reference
 from skylimb.symbolic import abs, clip, max, min, where
 
-GOES = 1e-4
-"""A path slower than this stands, m/s: its pen need not come after it."""
-
 
 def pace_of(
     gains: Any,
@@ -48,8 +45,7 @@ def pace_of(
     allowed = clip(gains.axis_speed * own / (abs(surface_velocity) + 1e-6), gains.least_pace, 1.0)
     slow = max(gains.least_pace, gains.waiting_speed * own / (speed + 1e-6))
     waiting = min(gains.waiting_pace, slow)
-    waited = clip((gains.wait_beyond - behind) / (0.5 * gains.wait_beyond), waiting, 1.0)
-    allowed = allowed * where(speed > GOES * own, waited, 1.0)
+    allowed = allowed * clip((gains.wait_beyond - behind) / (0.5 * gains.wait_beyond), waiting, 1.0)
     halted = reference.wait * (1.0 - machine.given_up) * (1.0 - is_in(machine.state, SLIDE))
     faster = (path_speed + gains.path_acceleration * dt) * own / (speed + 1e-6)
     slower = before - gains.path_acceleration * dt * own / (speed + 1e-6)
