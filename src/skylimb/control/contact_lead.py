@@ -65,7 +65,8 @@ def led(
     faster = clip(far / BRAKES, 0.0, max(gains.return_speed - gains.approach_speed, 0.0))
     speed = gains.approach_speed + known * is_in(machine.state, APPROACH) * faster
     gathering = clip(machine.since / gains.approach_ramp, 0.0, 1.0)
-    # Free, the tip goes with the mission, but softly where that has left it or is told of by an estimate.
+    # Free, the tip goes exactly with the mission; softly where that has left it, or where the surface, which
+    # is estimated, says how far out it goes.
     left = is_in(machine.reason, CLEAR) * where(abs(out - place) > LEFT, 1.0, 0.0)
     softly = free * max(lifted, left)
     exactly = free - softly

@@ -6,7 +6,7 @@ import numpy as np
 
 from skylimb.base.rotations import rot_z
 from skylimb.control.missions.mission import Mission
-from skylimb.control.missions.plan import StandingOut
+from skylimb.control.missions.plan import NOTHING, StandingOut
 from skylimb.control.missions.reference import Reference
 from skylimb.robots.model import Robot
 from skylimb.simulation.surfaces import Surface, require_clear, require_fits, require_path
@@ -48,7 +48,7 @@ def standing_out(surface: Surface, mission: Mission) -> StandingOut:
     """
     lifted = np.flatnonzero(mission.in_phase("lift"))
     if not len(lifted):
-        return StandingOut()
+        return NOTHING
     axis = mission.frame.contact
     path = mission.tip_path[lifted]
     gaps = surface.distance_along(path, axis)
@@ -56,7 +56,9 @@ def standing_out(surface: Surface, mission: Mission) -> StandingOut:
     nearest = float(np.nanmin(gaps, initial=0.0)) + min(float(moved.min()), 0.0)
     # A surface that moves may be elsewhere by the time that the pen comes back.
     sways = float(moved.max() - moved.min())
-    each = np.split(np.arange(len(lifted)), np.flatnonzero(np.diff(lifted) > 1) + 1)
+    # A lift begins where touch is wanted no more, also where a stroke is no longer than a tick.
+    leaves = np.flatnonzero(np.diff(np.asarray(mission.reference.touch)[lifted]) < -0.5) + 1
+    each = np.split(np.arange(len(lifted)), leaves)
     ways = tuple(_beyond_line(path[way], gaps[way]) + sways for way in each)
     return StandingOut(max(0.0, -nearest), ways)
 

@@ -19,7 +19,7 @@ from skylimb.control.controller import Controller, is_traceable
 from skylimb.control.missions.configuration import MOST_PATIENCE, MissionConfig
 from skylimb.control.missions.frame import contact_frame
 from skylimb.control.missions.mission import Mission
-from skylimb.control.missions.plan import StandingOut, plan_mission
+from skylimb.control.missions.plan import NOTHING, StandingOut, plan_mission
 from skylimb.control.missions.posture import posture_plan
 from skylimb.control.missions.table import Window, window_of
 from skylimb.control.needs import Needs, needs_of, require_imu
@@ -212,7 +212,7 @@ def _planned(
     robot: Robot,
     vectoring: str,
     dt: float,
-    stands_out: StandingOut = StandingOut(),  # noqa: B008 (it cannot change)
+    stands_out: StandingOut = NOTHING,
 ) -> Mission:
     """The mission of a configuration; flights that differ in noise, plant or surface share one."""
     return plan_mission(

@@ -51,6 +51,9 @@ class StandingOut(NamedTuple):
     ways: tuple[float, ...] = ()
 
 
+NOTHING = StandingOut()
+"""What stands out where nobody has looked."""
+
 _LEVEL = 0.5
 """Level part of a contact axis above which the arm can reach along it."""
 
@@ -61,7 +64,7 @@ def plan_mission(
     center: np.ndarray,
     posture: PosturePlan,
     dt: float,
-    standing_out: StandingOut = StandingOut(),  # noqa: B008 (it cannot change)
+    standing_out: StandingOut = NOTHING,
 ) -> Mission:
     """Lay the phases on the clock.
 
@@ -247,8 +250,8 @@ def _clearance(config: MissionConfig, path: Trajectory, clock: _Clock, ways: tup
     """What a lifted pen keeps from the line between two strokes, m, (k,); 0 where that is not known."""
     clearance = np.zeros(len(clock.times))
     # Bent around a post, a line between two strokes is none along one axis.
-    if config.approach.contact and config.wrap.radius is None:
-        for lift, way in zip(_lifts(path, clock.since_slide), ways, strict=False):
+    if ways and config.approach.contact and config.wrap.radius is None:
+        for lift, way in zip(_lifts(path, clock.since_slide), ways, strict=True):
             clearance[lift] = config.approach.lift + way
     return clearance
 
