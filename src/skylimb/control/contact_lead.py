@@ -1,7 +1,8 @@
 """Where the tip is led along the contact axis out of touch: with the mission, to the surface, or back.
 
 A lifted pen need not go out as far as the mission says, which knows the surface's nominal place alone: over a
-surface that it has drawn on, as far as the mission's clearance above where that surface is expected.
+surface that it has drawn on, as far as the mission's clearance above where that surface is expected. Where
+it recedes, it may not go on to.
 
 A surface that nobody has touched is looked for at `approach_speed`, which the peak of the touch goes with.
 One that the pen has drawn on is known: between two strokes the tip goes to it at `return_speed`, and slows
@@ -34,7 +35,8 @@ def wanted_out(reference: Reference, nominal: Any, known: Any, heights: Sequence
         reference: of this tick.
         nominal: at which the mission has it, m.
         known: 1 where the surface is known.
-        heights: where that is expected below the pen, now and soon, and its standard deviation, m.
+        heights: where that is expected where the pen left it, and below it now and soon, and its standard
+            deviation, m.
     """
     near = heights[0][0] - SURE * heights[0][1]
     for height, deviation in heights[1:]:

@@ -11,6 +11,9 @@ from skylimb.control.missions.reference import Reference
 from skylimb.robots.model import Robot
 from skylimb.simulation.surfaces import Surface, require_clear, require_fits, require_path
 
+_BEGUN = 0.005
+"""Way over which a surface shows its slope, m."""
+
 
 def require_flyable(surface: Surface, robot: Robot, mission: Mission) -> None:
     """Raise a `ConfigError` unless the tip fits the surface, the robot starts clear and the path stays on.
@@ -41,7 +44,7 @@ def standing_out(surface: Surface, mission: Mission) -> StandingOut:
 
     A mission lays its path on the nominal surface, a plane through the middle of the path. A pen that goes
     from stroke to stroke must pass over what stands out of that plane, so whoever plans the flight must know
-    how far that is, and how far beyond the line between the ends of each way; no controller knows more.
+    how far that is, and how far beyond place and slope at which each lift begins; no controller knows more.
 
     Returns:
         Nothing where nothing is lifted.
@@ -59,18 +62,18 @@ def standing_out(surface: Surface, mission: Mission) -> StandingOut:
     # A lift begins where touch is wanted no more, also where a stroke is no longer than a tick.
     leaves = np.flatnonzero(np.diff(np.asarray(mission.reference.touch)[lifted]) < -0.5) + 1
     each = np.split(np.arange(len(lifted)), leaves)
-    ways = tuple(_beyond_line(path[way], gaps[way]) + sways for way in each)
+    ways = tuple(_beyond_left(path[way], gaps[way]) + sways for way in each)
     return StandingOut(max(0.0, -nearest), ways)
 
 
-def _beyond_line(path: np.ndarray, gaps: np.ndarray) -> float:
-    """How far a surface stands out beyond the line between the ends of a way over it, m.
+def _beyond_left(path: np.ndarray, gaps: np.ndarray) -> float:
+    """How far a surface stands out beyond its place and its slope where a lift began, m.
 
     Args:
-        path: of the way, (k, 3), m.
+        path: of the lift, (k, 3), m.
         gaps: from there to the surface, (k,), m.
     """
-    way = path[-1] - path[0]
-    done = (path - path[0]) @ way / max(float(way @ way), 1e-12)
-    line = gaps[0] + done * (gaps[-1] - gaps[0])
-    return float(np.nanmax(line - gaps, initial=0.0))
+    gone, rise = np.linalg.norm(path - path[0], axis=1), gaps - gaps[0]
+    begun = min(int(np.searchsorted(gone, _BEGUN)), len(gone) - 1)
+    slope = rise[begun] / max(float(gone[begun]), 1e-9)
+    return float(np.nanmax(np.minimum(slope * gone, 0.0) - rise, initial=0.0))

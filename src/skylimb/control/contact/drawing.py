@@ -50,6 +50,9 @@ OWN_PACE = 0.05
 HURRY = 5.0
 """Pace at which the rest of a lift goes by once the pen is clear of the surface."""
 
+CLEARED = 0.5
+"""Part of the clearance that a pen may still have to go when it is clear."""
+
 ENDS = 0.0005
 """So far from the end of its stroke the path need not brake, m: the mission brings it to rest by itself."""
 
@@ -162,7 +165,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     pace = min(inner.pace, _in_time(gains, reference, own))
     pace = where(ends * engaged * (1.0 - ending) > 1e-9, 0.0, pace)
     pace = where(off > 0.5, 1.0, pace)
-    pace = where(_has_left(inner, reference, soon, own) > 0.5, HURRY, pace)
+    pace = where(_has_left(gains, inner, inputs, soon, own) > 0.5, HURRY, pace)
     begun = clip(loaded, gains.least_pace, 1.0)
     pace = where(view.engaged * where(pace > begun, 1.0, 0.0) > 0.5, begun, pace)
     inner = inner._replace(axis_position=place, pace=pace)
@@ -192,10 +195,13 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     return State(inner, friction, engaged, leaving, left, loaded, ending, landing), view, signals
 
 
-def _has_left(inner: following.State, reference: Reference, soon: Reference, own: Any) -> Any:
+def _has_left(gains: Any, inner: following.State, inputs: LawInput, soon: Reference, own: Any) -> Any:
     """1 while a lifted pen is clear of the surface, and the path rests for the mission's longer way out."""
-    lifted = where(reference.clearance > 0.0, 1.0, 0.0) * where(soon.touch < 0.5, 1.0, 0.0)
-    return lifted * inner.known * is_in(inner.machine.state, FREE) * where(own < GOES, 1.0, 0.0)
+    clearance = inputs.reference.clearance
+    lifted = where(clearance > 0.0, 1.0, 0.0) * where(soon.touch < 0.5, 1.0, 0.0)
+    off = inner.place[0] - following.out_of_touch(gains, inner, inputs)
+    out = is_in(inner.machine.state, FREE) * where(off < CLEARED * clearance, 1.0, 0.0)
+    return lifted * inner.known * out * where(own < GOES, 1.0, 0.0)
 
 
 def _in_time(gains: Any, reference: Reference, own: Any) -> Any:

@@ -295,6 +295,6 @@ def out_of_touch(gains: Any, state: State, inputs: LawInput) -> Any:
     axes = a, u, cross(a, u)
     place = in_task(body.position + inputs.estimate.arm, axes)
     soon = in_task(reference.ahead[-1].tip_position, axes) if reference.ahead else place
-    ways = (point[1:3] - state.touched for point in (place, soon))
+    ways = (np.zeros(2), place[1:3] - state.touched, soon[1:3] - state.touched)
     heights = [expected_height(gains.surface, state.surface, way[0], way[1]) for way in ways]
     return wanted_out(reference, dot(a, reference.tip_position), state.known, heights)

@@ -43,8 +43,8 @@ class StandingOut(NamedTuple):
 
     Attributes:
         nominal: how far the surface does at most, beyond its nominal place, m.
-        ways: for each way how far it does beyond the straight line between the way's ends, m; empty where
-            nobody knows, and a lift goes by the nominal place alone.
+        ways: for each way how far it does beyond its own place and slope where the pen left it, m; empty
+            where nobody knows, and a lift goes by the nominal place alone.
     """
 
     nominal: float = 0.0
@@ -247,9 +247,9 @@ def _touching_and_waiting(path: Trajectory, clock: _Clock) -> tuple[np.ndarray, 
 
 
 def _clearance(config: MissionConfig, path: Trajectory, clock: _Clock, ways: tuple[float, ...]) -> np.ndarray:
-    """What a lifted pen keeps from the line between two strokes, m, (k,); 0 where that is not known."""
+    """What a lifted pen keeps from a surface that goes on as where it left, m, (k,); 0 where not known."""
     clearance = np.zeros(len(clock.times))
-    # Bent around a post, a line between two strokes is none along one axis.
+    # Around a post no surface goes on along one axis.
     if ways and config.approach.contact and config.wrap.radius is None:
         for lift, way in zip(_lifts(path, clock.since_slide), ways, strict=True):
             clearance[lift] = config.approach.lift + way

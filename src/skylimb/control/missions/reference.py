@@ -33,8 +33,8 @@ class Reference(NamedTuple):
         wait: 1 while the mission should not go on without touch, else 0.
         sliding_axis: unit vector u of the sliding plane in W, (3,); the other one is contact_axis x u.
         force: wanted normal force, N; 0 where the path says none, and the controller's own gain counts.
-        clearance: way that a pen lifted from one stroke to the next has to keep from the straight line
-            between where it left the surface and where it comes back, m; 0 where the tip's position says all.
+        clearance: way that a pen lifted from one stroke to the next has to keep from a surface that goes on
+            as where it left, with its slope or, where it recedes, level, m; 0 where `tip_position` says all.
         ahead: the references at later times on the mission's clock, as many as the controller's laws declare
             (`Needs.preview`); they have no `ahead` of their own.
     """

@@ -109,7 +109,7 @@ _ABOUT = {
     "reference.wait": "1 while the mission should not go on without touch",
     "reference.sliding_axis": "unit vector u of the sliding plane, W",
     "reference.force": "wanted normal force, N; 0 where the controller's own counts",
-    "reference.clearance": "of a lifted pen from the line between two strokes, m; 0 where it is not said",
+    "reference.clearance": "of a lifted pen from a surface that goes on as where it left, m; or 0",
     "signals.pace": "speed that the mission's clock is to have; 1 is its own",
     "told.pose": "1 where a pose has come since the last tick, else 0",
     "told.joints": "1 where joint angles have",
