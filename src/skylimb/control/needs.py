@@ -20,7 +20,7 @@ class Needs:
     """What has to be there before the first tick.
 
     Attributes:
-        paced: whether it sets the pace of the mission's clock, by a signal "pace" between 0 and 1.
+        paced: whether it sets the pace of the mission's clock, by a signal "pace": 1 is its own, 0 waits.
         preview: times ahead on the mission's own clock, s, at which it wants the reference, which is handed
             over as `reference.ahead`, in this order; each law of several sees its own.
         vectoring: purpose of the vectoring angles that the robot takes off with: "torque", "contact" or
