@@ -1,9 +1,9 @@
 """The mission's own clock, and the one interpolation of the reference between two of its ticks.
 
 A controller may slow the mission down, or let a rest go by: it sets a pace with every tick, 1 for the
-mission's own and 0 to wait. The clock then stands between two rows of the mission's table. The reference in between is linear in every entry; its rates scale
-with the pace, its accelerations with the square of the pace, so that the velocity stays the derivative of the
-position at any constant pace.
+mission's own and 0 to wait. The clock then stands between two rows of the mission's table. The reference in
+between is linear in every entry; its rates scale with the pace, its accelerations with the square of the
+pace, so that the velocity stays the derivative of the position at any constant pace.
 
 Drivers use this with numbers or symbols for one tick, the log with arrays for a whole flight.
 """
