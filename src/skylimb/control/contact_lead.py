@@ -28,6 +28,11 @@ BRAKES = 1.2
 """Time constant in which the tip slows down for it, s."""
 
 
+def is_lifted(reference: Reference, known: Any) -> Any:
+    """1 while the pen is lifted over a surface that it knows (`known` is 1), else 0."""
+    return known * where(reference.clearance > 0.0, 1.0, 0.0)
+
+
 def wanted_out(reference: Reference, nominal: Any, known: Any, heights: Sequence[tuple[Any, Any]]) -> Any:
     """Where along the contact axis the tip is wanted out of touch, m.
 
@@ -41,8 +46,7 @@ def wanted_out(reference: Reference, nominal: Any, known: Any, heights: Sequence
     near = heights[0][0] - SURE * heights[0][1]
     for height, deviation in heights[1:]:
         near = min(near, height - SURE * deviation)
-    lifted = known * where(reference.clearance > 0.0, 1.0, 0.0)
-    return where(lifted > 0.5, max(nominal, near - reference.clearance), nominal)
+    return where(is_lifted(reference, known) > 0.5, max(nominal, near - reference.clearance), nominal)
 
 
 def led(
@@ -60,7 +64,7 @@ def led(
         inputs: of the law.
     """
     reference, dt = inputs.reference, inputs.dt
-    lifted = known * where(reference.clearance > 0.0, 1.0, 0.0)
+    lifted = is_lifted(reference, known)
     searching, free = is_in(machine.state, APPROACH, RECONTACT), is_in(machine.state, FREE)
     back = clip(out - place, -gains.retreat_speed * dt, gains.retreat_speed * dt) / dt
     far = height[0] - place - NEAR - SURE * height[1]

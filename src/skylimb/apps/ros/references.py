@@ -12,7 +12,7 @@ from skylimb.apps.ros.limits import FlightLimits
 from skylimb.apps.ros.targets import Form, Place, RefusedError, Shape, Target
 from skylimb.base.errors import AllocationError
 from skylimb.base.rotations import rot_z
-from skylimb.control.missions.reference import Reference
+from skylimb.control.missions.reference import Reference, untasked
 from skylimb.control.planning.posture import posture_family, standing
 from skylimb.control.planning.vectoring import vectoring_table
 from skylimb.control.planning.vectoring_step import first_vectoring, plan_vectoring
@@ -33,16 +33,7 @@ class References:
         self.robot = standing(robot, purpose)
         self._family, self._table = posture_family(self.robot), vectoring_table(robot, purpose)
         self._frames = Frames(robot, link)
-        self._template = template._replace(
-            tare=0.0,
-            align=0.0,
-            adapt=0.0,
-            touch=0.0,
-            wait=0.0,
-            clearance=0.0,
-            tip_acceleration=np.zeros(3),
-            ahead=(),
-        )
+        self._template = untasked(template, align=0.0, tip_acceleration=np.zeros(3))
         self._form: Form = self._family.theta_nominal
         self._posture = self._made(self._form)
 

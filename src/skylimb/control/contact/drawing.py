@@ -19,6 +19,7 @@ from typing import Annotated, Any, NamedTuple
 
 from skylimb.base.keys import Key, configuration
 from skylimb.control.contact import following
+from skylimb.control.contact_lead import is_lifted
 from skylimb.control.contact_machine import FREE, RETREAT, MachineState, is_in
 from skylimb.control.estimation.friction import (
     Climbed,
@@ -197,11 +198,10 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
 
 def _has_left(gains: Any, inner: following.State, inputs: LawInput, soon: Reference, own: Any) -> Any:
     """1 while a lifted pen is clear of the surface, and the path rests for the mission's longer way out."""
-    clearance = inputs.reference.clearance
-    lifted = where(clearance > 0.0, 1.0, 0.0) * where(soon.touch < 0.5, 1.0, 0.0)
+    lifted = is_lifted(inputs.reference, inner.known) * where(soon.touch < 0.5, 1.0, 0.0)
     off = inner.place[0] - following.out_of_touch(gains, inner, inputs)
-    out = is_in(inner.machine.state, FREE) * where(off < CLEARED * clearance, 1.0, 0.0)
-    return lifted * inner.known * out * where(own < GOES, 1.0, 0.0)
+    out = is_in(inner.machine.state, FREE) * where(off < CLEARED * inputs.reference.clearance, 1.0, 0.0)
+    return lifted * out * where(own < GOES, 1.0, 0.0)
 
 
 def _in_time(gains: Any, reference: Reference, own: Any) -> Any:

@@ -67,6 +67,11 @@ def zero_reference(n_joints: int, n_vectoring: int) -> Reference:
     return Reference(z3, z3, z3, 0.0, 0.0, q, psi, z3, 0.0, 0.0, 0.0, z3, z3, z3, 0.0, 0.0, z3, 0.0, 0.0)
 
 
+def untasked(reference: Reference, **changes: Any) -> Reference:
+    """The reference without what a mission asks for beside places and posture, other entries changed."""
+    return reference._replace(tare=0.0, adapt=0.0, touch=0.0, wait=0.0, clearance=0.0, ahead=(), **changes)
+
+
 RATES = ("velocity", "tip_velocity")
 """Entries that scale with the pace of the mission's clock."""
 

@@ -8,7 +8,7 @@ from skylimb.base.packing import Layout, chosen
 from skylimb.base.rotations import rpy_from_rotation
 from skylimb.control.estimation.gates import BEYOND
 from skylimb.control.estimation.records import BodyState
-from skylimb.control.missions.reference import Reference
+from skylimb.control.missions.reference import Reference, untasked
 from skylimb.control.posture import heading_of
 from skylimb.control.supervisor.records import Watch
 from skylimb.control.supervisor.table import CUT, RETREAT
@@ -95,19 +95,14 @@ def retreat(last: Reference, time: Any, floor: Any = 0.0, back: float = BACK) ->
     moved = -gone * axis + vector(0.0, 0.0, max(height - sunk[0], lowest) - height)
     velocity = -speed * axis - vector(0.0, 0.0, sinking * sunk[1])
     change = -push * axis - vector(0.0, 0.0, sinking * sunk[2])
-    return last._replace(
+    return untasked(
+        last,
         position=last.position + moved,
         velocity=velocity,
         acceleration=change,
         tip_position=last.tip_position + moved,
         tip_velocity=velocity,
         tip_acceleration=change,
-        tare=0.0,
-        adapt=0.0,
-        touch=0.0,
-        wait=0.0,
-        clearance=0.0,
-        ahead=(),
     )
 
 
