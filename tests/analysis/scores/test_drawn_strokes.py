@@ -162,13 +162,14 @@ def test_a_pen_that_never_leaves_has_its_lift_divided_in_the_middle() -> None:
     assert drawn.strokes[1].stray == pytest.approx(0.1 - 0.006, abs=0.002)
 
 
-def test_a_landing_is_no_touch_of_a_lifted_pen() -> None:
-    """The clock waits at the end of the lift until the law has felt the surface."""
+@pytest.mark.parametrize("stands", [1.0, 1.75, 2.25, 2.5])
+def test_a_landing_is_no_touch_of_a_lifted_pen(stands: float) -> None:
+    """The clock waits at the end of the lift, between two ticks too, until the law has felt the surface."""
     log = small_and_large(lead=along(np.array([[0.107, 0.05], [0.106, 0.05]]), 0.0005))
     lift_samples = np.flatnonzero(log.phase.values == 1)
     clock = log.time.values.copy()
     waits = 6  # samples; the last three touch, and the clock goes on with the last tick of the lift
-    clock[lift_samples[-waits:-1]] = clock[lift_samples[-1]] - 0.01
+    clock[lift_samples[-waits:-1]] = clock[lift_samples[-1]] - 0.01 * stands
     landed = drawn_of(log.assign(mission_time=("time", clock)))
     assert drawn_of(log).lift_touch > 0.0
     assert landed.lift_touch == 0.0

@@ -26,6 +26,9 @@ from skylimb.analysis.scores.signals import in_contact, in_phase, phase_names, s
 if TYPE_CHECKING:
     import xarray as xr
 
+_WAITS = 2.5
+"""So many ticks before a lift's last may a clock stand that waits for touch: it stands between ticks, too."""
+
 _SHAPE_POINTS = 600
 """Points of a reference line at most where what is allowed is wider than their spacing."""
 
@@ -163,7 +166,7 @@ def held_off(log: xr.Dataset) -> np.ndarray:
     if "mission_time" in log:
         clock, step = log.mission_time.values, float(np.diff(log.time.values[:2])[0])
         for begin, end in stretches(away):
-            away[begin:end] = clock[begin:end] < clock[end - 1] - 1.5 * step
+            away[begin:end] = clock[begin:end] < clock[end - 1] - _WAITS * step - 1e-9
     return away
 
 
