@@ -34,7 +34,7 @@ from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.needs import Needs
 from skylimb.control.press import EASED, LOADING, UNLOADING, wanted_force
 from skylimb.control.records import ContactView, LawInput, Reference
-from skylimb.symbolic import clip, cross, dot, min, norm, sqrt, vector, where
+from skylimb.symbolic import clip, cross, dot, max, min, norm, sqrt, vector, where
 
 PROVIDES = (*following.PROVIDES, "contact.across", "contact.landing", "contact.own_speed", "contact.ramp")
 REQUIRES, OPTIONAL = following.REQUIRES, following.OPTIONAL
@@ -49,7 +49,7 @@ OWN_PACE = 0.05
 """Below that pace the path's own speed is not known."""
 
 HURRY = 5.0
-"""Pace at which the rest of a lift goes by once the pen is clear of the surface."""
+"""Pace at which the mission's ways out and back go by where the pen need not go as far."""
 
 CLEARED = 0.5
 """Part of the clearance that a pen may still have to go when it is clear."""
@@ -166,7 +166,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     pace = min(inner.pace, _in_time(gains, reference, own))
     pace = where(ends * engaged * (1.0 - ending) > 1e-9, 0.0, pace)
     pace = where(off > 0.5, 1.0, pace)
-    pace = where(_has_left(gains, inner, inputs, soon, own) > 0.5, HURRY, pace)
+    pace = where(_hurries(gains, inner, inputs, soon, own) > 0.5, HURRY, pace)
     begun = clip(loaded, gains.least_pace, 1.0)
     pace = where(view.engaged * where(pace > begun, 1.0, 0.0) > 0.5, begun, pace)
     inner = inner._replace(axis_position=place, pace=pace)
@@ -196,12 +196,17 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     return State(inner, friction, engaged, leaving, left, loaded, ending, landing), view, signals
 
 
-def _has_left(gains: Any, inner: following.State, inputs: LawInput, soon: Reference, own: Any) -> Any:
-    """1 while a lifted pen is clear of the surface, and the path rests for the mission's longer way out."""
-    lifted = is_lifted(inputs.reference, inner.known) * where(soon.touch < 0.5, 1.0, 0.0)
+def _hurries(gains: Any, inner: following.State, inputs: LawInput, soon: Reference, own: Any) -> Any:
+    """1 while the path of a lifted pen rests for the mission's ways, which are longer than the pen's own.
+
+    On the way out once the pen is clear of the surface. On the way back until the mission waits for touch.
+    """
+    resting = is_lifted(inputs.reference, inner.known) * where(own < GOES, 1.0, 0.0)
     off = inner.place[0] - following.out_of_touch(gains, inner, inputs)
-    out = is_in(inner.machine.state, FREE) * where(off < CLEARED * inputs.reference.clearance, 1.0, 0.0)
-    return lifted * out * where(own < GOES, 1.0, 0.0)
+    clear = is_in(inner.machine.state, FREE) * where(off < CLEARED * inputs.reference.clearance, 1.0, 0.0)
+    out = clear * where(soon.touch < 0.5, 1.0, 0.0)
+    back = where(inputs.reference.touch > 0.5, 1.0, 0.0) * where(soon.wait < 0.5, 1.0, 0.0)
+    return resting * max(out, back)
 
 
 def _in_time(gains: Any, reference: Reference, own: Any) -> Any:

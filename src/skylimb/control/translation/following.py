@@ -57,6 +57,7 @@ REQUIRES = (
 OPTIONAL = {
     "contact.across": "feed",
     "contact.landing": "landing_cancel",
+    "contact.own_speed": "",
     "contact.ramp": "",
     "contact.reason": "",
     "contact.gone": "",
@@ -218,7 +219,9 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
     rubbing, known = made_up(gains, expected, shares, state.rubbing, inputs, (u, v))
     swing = cross(body.R_WC @ body.angular_velocity, hanging.swings)
     swing = low_pass(state.swing, swing, 2.0 * math.pi * gains.swing_cutoff, dt)
-    counted = 1.0 - clip(contact.speed / gains.swing_speed, 0.0, 1.0)
+    # A fast path that waits for its pen is no slow one: counted there, the swing of a late pen grows.
+    own_speed = contact.speed if contact.own_speed is None else contact.own_speed
+    counted = 1.0 - clip(own_speed / gains.swing_speed, 0.0, 1.0)
     leaving = 0.0 if contact.reason is None else where(contact.reason == UNLOADING, 1.0, 0.0)
     total, proportional, derivative = m * body.model.gravity, np.zeros(3), np.zeros(3)
     for axis, i in ((u, 1), (v, 2)):
