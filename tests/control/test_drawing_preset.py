@@ -45,8 +45,8 @@ def test_the_pen_comes_off_at_the_ends_of_strokes_alone(runs: dict[str, Run]) ->
     log = runs["drawing"].log
     slides = in_phase(log, "slide")
     off, soon = slides & ~in_contact(log), round(0.5 / float(log.time[1] - log.time[0]))
-    # 10 ms as a press begins are no loss.
-    assert (off[:-soon] & slides[soon:]).sum() <= 2
+    # 20 ms as a press begins are no loss.
+    assert (off[:-soon] & slides[soon:]).sum() <= 4
     assert runs["drawing"].metrics["contact_fraction"] > 0.98
 
 
@@ -65,7 +65,7 @@ def test_the_press_comes_and_goes_over_time(runs: dict[str, Run]) -> None:
     np.testing.assert_allclose(target[begin + round(1.1 / dt)], 1.0, atol=0.05)
     (leave, *_) = np.flatnonzero((state[1:] == RETREAT) & (state[:-1] != RETREAT)) + 1
     # The path rests at the end of the stroke, and the press goes down to its share.
-    resting = slice(leave - round(1.4 / dt), leave - round(0.1 / dt))
+    resting = slice(leave - round(0.9 / dt), leave - round(0.15 / dt))
     assert np.all(pace[resting] == 0.0)
     assert np.all(np.diff(target[resting]) <= 1e-9)
     assert target[leave] == pytest.approx(0.02, abs=0.03)
