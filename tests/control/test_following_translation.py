@@ -163,10 +163,12 @@ def test_the_damper_counts_the_pens_swing_by_its_shares(make_inputs: Make) -> No
     np.testing.assert_allclose(state.swing, swing, atol=1e-12)
     D = 2.0 * np.array([0.7 * 8.0**0.5, 0.9 * 6.0**0.5])
     np.testing.assert_allclose(force[1:], -MASS * D * np.array([0.5, 0.25]) * swing[1:], atol=1e-12)
-    # The path's own speed counts, where the contact law knows it: one that waits is no slow one.
+    # The path's own speed counts, where the contact law knows it, and half of the swing where it waits.
     for view, share in (
-        ({"own_speed": 0.03}, 0.25),
-        ({"speed": 0.01, "own_speed": 0.2}, 0.0),
+        ({"speed": 0.03, "own_speed": 0.03}, 0.25),
+        ({"speed": 0.01, "own_speed": 0.2}, 0.375),
+        ({"speed": 0.01, "own_speed": 0.02}, 0.5),
+        ({"speed": 0.2, "own_speed": 0.2}, 0.0),
         ({"speed": 0.03, "own_speed": None}, 0.25),
     ):
         moving = make_inputs(contact=ENGAGED._replace(**view), omega=spin, **CALM)
