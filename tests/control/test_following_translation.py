@@ -170,6 +170,9 @@ def test_the_damper_counts_the_pens_swing_by_its_shares(make_inputs: Make) -> No
         ({"speed": 0.01, "own_speed": 0.02}, 0.5),
         ({"speed": 0.2, "own_speed": 0.2}, 0.0),
         ({"speed": 0.03, "own_speed": None}, 0.25),
+        ({"speed": 0.0, "own_speed": 0.0}, 1.0),
+        ({"speed": 0.0, "own_speed": 0.0, "engaged": 0.0}, 0.5),
+        ({"speed": 0.0, "own_speed": 0.0, "gone": 1.0}, 0.5),
     ):
         moving = make_inputs(contact=ENGAGED._replace(**view), omega=spin, **CALM)
         _, less, _ = step(moving, replace(gains, swing_speed=0.04))

@@ -64,8 +64,8 @@ OPTIONAL = {
     "residual": "",
 }
 
-WAITING = 0.5
-"""Part of the swing that is counted where a fast path waits for its pen."""
+FREELY = 0.5
+"""Part of the swing that counts out of touch, and where a fast path waits for its pen."""
 
 BRAKE = 2.0
 """How much harder the damper along the axis is where the surface has gone: more would tilt the robot."""
@@ -222,10 +222,11 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
     rubbing, known = made_up(gains, expected, shares, state.rubbing, inputs, (u, v))
     swing = cross(body.R_WC @ body.angular_velocity, hanging.swings)
     swing = low_pass(state.swing, swing, 2.0 * math.pi * gains.swing_cutoff, dt)
-    # A fast path that waits for its pen is no slow one: with all of the swing of a late pen it flutters.
+    # With all of its swing the pen of a fast path that waits for it flutters. Nor does a hover with slow rotors
+    # bear all of it, nor a press whose surface has gone.
     own_speed = contact.speed if contact.own_speed is None else contact.own_speed
     rests, slow = (1.0 - clip(one / gains.swing_speed, 0.0, 1.0) for one in (contact.speed, own_speed))
-    counted = max(slow, WAITING * rests)
+    counted = max(slow * contact.engaged * (1.0 - gone(inputs)), FREELY * rests)
     leaving = 0.0 if contact.reason is None else where(contact.reason == UNLOADING, 1.0, 0.0)
     total, proportional, derivative = m * body.model.gravity, np.zeros(3), np.zeros(3)
     for axis, i in ((u, 1), (v, 2)):
