@@ -222,8 +222,8 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
     rubbing, known = made_up(gains, expected, shares, state.rubbing, inputs, (u, v))
     swing = cross(body.R_WC @ body.angular_velocity, hanging.swings)
     swing = low_pass(state.swing, swing, 2.0 * math.pi * gains.swing_cutoff, dt)
-    # With all of its swing the pen of a fast path that waits for it flutters. Nor does a hover with slow rotors
-    # bear all of it, nor a press whose surface has gone.
+    # With all of its swing the pen of a fast path that waits for it flutters. Nor does a hover with slow
+    # rotors bear all of it, nor a press whose surface has gone.
     own_speed = contact.speed if contact.own_speed is None else contact.own_speed
     rests, slow = (1.0 - clip(one / gains.swing_speed, 0.0, 1.0) for one in (contact.speed, own_speed))
     counted = max(slow * contact.engaged * (1.0 - gone(inputs)), FREELY * rests)
