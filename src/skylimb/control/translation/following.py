@@ -8,8 +8,9 @@ where the estimated force is cancelled only as the pen moves: a pen that sticks 
 hunt. A force that the contact law expects is made up for at once (`feed`), and only what is estimated beyond
 it is cancelled. A robot that presses harder tilts, and its pen swings about the centre of gravity. The damper
 must not hold back the way by which the centre of gravity makes up for that, so p' may count the swing, as
-p' + share (omega x r) behind a low pass; all of it while the press goes at the end of a stroke
-(`leaving_swing`): a body that is late by then draws its lag as a tail when the pen comes off.
+p' + share (omega x r) behind a low pass, the less the faster the path itself goes; and by a share of its own
+while the press goes at the end of a stroke (`leaving_swing`): a body that is late by then draws its lag as a
+tail when the pen comes off.
 
 Along the contact axis it is soft while the force is regulated, around an anchor that the contact law carries
 along, and heavier or lighter than it is by the mass ratio mu = M_d / m:
