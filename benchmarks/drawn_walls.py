@@ -24,6 +24,7 @@ from robots_made import ARMED, KINDS
 
 import skylimb
 from armed_robots import multirotor_with_arm
+from skylimb.analysis.recording.run import UNFINISHED
 from skylimb.base.config import parse_assignment
 
 BOARD, SEED = "board_tilted_hexarotor", 7
@@ -71,11 +72,10 @@ def flown(job: tuple[str, str, float, int, dict[str, Any]]) -> Flight:
     }
     given = {"robot": robot, "controller.translation.force": force, "approach.doubtful": "fly"}
     run = skylimb.run(BOARD, controller, set={**given, **drawn, **changes}, seed=draw)
-    late = run.cause.startswith("not finished")
     found = run.metrics
     return Flight(
-        run.status != "OK" and not late,
-        late,
+        run.lost,
+        run.status == UNFINISHED,
         bool(found["done"]),
         found["pen_line_rms"],
         found["contact_fraction"],

@@ -251,8 +251,8 @@ def fly(place: Place, preset: str, drawn: Changes) -> dict[str, Any]:
         return {"refused": str(error)}
     found = {**run.metrics, **measured(run, ["contact", "faults"])}
     if run.failed:
-        late = run.cause.startswith("not finished")
-        return {"landed" if found["fault_landed"] else "not finished" if late else "lost": run.cause}
+        ended = "landed" if found["fault_landed"] else "lost" if run.lost else "not finished"
+        return {ended: run.cause}
     return {key: OWN[key](run) if key in OWN else found[key] for key in place.wanted}
 
 

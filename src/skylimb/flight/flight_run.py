@@ -16,7 +16,7 @@ import numpy as np
 from skylimb.analysis.notebook_run import Run
 from skylimb.analysis.recording.log import build_log
 from skylimb.analysis.recording.origin import origin_text
-from skylimb.analysis.recording.run import STOPPED
+from skylimb.analysis.recording.run import FAILED, OK, STOPPED, UNFINISHED
 from skylimb.analysis.recording.versions import origin_versions, versions
 from skylimb.base.config import put, to_mapping
 from skylimb.base.keys import tables_of, units_of
@@ -24,7 +24,7 @@ from skylimb.base.signals import Signal
 from skylimb.control import press
 from skylimb.control.contact_machine import REASONS, STATES
 from skylimb.control.controller import Controller, controller_signals, controller_units, resolved_tables
-from skylimb.control.loop.flight import stopped_cause
+from skylimb.control.loop.flight import MISSION_TIME, held_back_cause, stopped_cause
 from skylimb.control.missions.frame import ContactFrame, contact_frame
 from skylimb.control.missions.mission import PHASES
 from skylimb.flight.events import event_tables
@@ -72,7 +72,7 @@ def flight_run(
         "experiment": experiment.name,
         "controller": name,
         "seed": experiment.seed,
-        "status": _status(plan, cause, len(times)),
+        "status": _status(plan, cause, values, len(times)),
         "cause": cause,
         "contact_axis": frame.contact.tolist(),
         "sliding_axes": [*frame.sliding_u.tolist(), *frame.sliding_v.tolist()],
@@ -93,10 +93,15 @@ def flight_run(
     return Run(name=name, controller=name, log=log)
 
 
-def _status(plan: FlightPlan, cause: str, ticks: int) -> str:
-    """What became of a flight: one that its experiment has stopped (`stop_at`) was not lost."""
-    wanted = plan.experiment.stop_at is not None and cause == stopped_cause(ticks, plan.mission)
-    return STOPPED if wanted else "FAILED" if cause else "OK"
+def _status(plan: FlightPlan, cause: str, values: Mapping[str, np.ndarray], ticks: int) -> str:
+    """What became of a flight: one that was stopped (`stop_at`), or whose time was over, was not lost."""
+    if not cause:
+        return OK
+    if plan.experiment.stop_at is not None and cause == stopped_cause(ticks, plan.mission):
+        return STOPPED
+    at = values.get(MISSION_TIME, ())
+    held_back = len(at) > 0 and cause == held_back_cause(float(at[-1]), plan.mission)
+    return UNFINISHED if held_back else FAILED
 
 
 def documented(

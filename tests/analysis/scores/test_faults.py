@@ -169,7 +169,13 @@ def test_what_the_supervisor_does_before_a_fault_is_a_false_alarm() -> None:
 
 @pytest.mark.parametrize(
     ("status", "mode", "unnamed"),
-    [("FAILED", 1.0, 1.0), ("FAILED", 2.0, 0.0), ("FAILED", 4.0, 0.0), ("OK", 0.0, 0.0)],
+    [
+        ("FAILED", 1.0, 1.0),
+        ("FAILED", 2.0, 0.0),
+        ("FAILED", 4.0, 0.0),
+        ("OK", 0.0, 0.0),
+        ("UNFINISHED", 1.0, 0.0),
+    ],
 )
 def test_a_loss_has_a_name_once_the_supervisor_has_broken_the_flight_off(
     status: str, mode: float, unnamed: float

@@ -78,7 +78,7 @@ def test_a_mission_that_was_held_back_is_not_finished() -> None:
     done, short = paced([1.0] * 40), paced([0.25] * every)
     assert unfinished(mission(), done).cause == ""
     assert unfinished(mission(), short).cause == (
-        f"not finished: the controller held the mission back, which was at {0.0025 * (every - 1):.3f} s of "
+        f"the controller held the mission back, which was at {0.0025 * (every - 1):.3f} s of "
         "0.390 s when 2 times its time were over"
     )
     stopped = unfinished(mission(), paced([0.5] * 40)).cause

@@ -90,6 +90,21 @@ def test_the_command_of_a_worst_flight_flies_the_same_bits(tmp_path: Path, write
     assert {key: run.metrics[key] for key in NUMERIC_KEYS} == {key: row[key] for key in NUMERIC_KEYS}
 
 
+def test_flights_that_the_experiment_stops_have_come_to_their_end(
+    tmp_path: Path, write_spec: SpecWriter
+) -> None:
+    spec = write_spec(draws=2, head='logs = "all"')
+    spec.write_text(spec.read_text().replace("[set]", "[set]\nstop_at = 0.6"))
+    outcome = run_campaign(spec, tmp_path / "stopped", workers=0)
+    assert [row["status"] for row in outcome.rows.values()] == ["STOPPED"] * 4
+    assert outcome.summary is not None
+    assert outcome.summary.scores.finished.all()
+    assert outcome.summary.scores.success.all()
+    assert not outcome.summary.lost
+    assert {row["tilt_max"] is not None for row in outcome.rows.values()} == {True}
+    assert len(list((tmp_path / "stopped" / "logs").iterdir())) == 4
+
+
 def test_a_finished_campaign_resumes_to_itself(flown: tuple[Path, Path], contents: Contents) -> None:
     spec, folder = flown
     before = contents(folder)

@@ -17,7 +17,7 @@ from skylimb.analysis.exchange.run_topics import content_of, run_of
 from skylimb.analysis.exchange.series import Sample, series_of
 from skylimb.analysis.exchange.stream import Message
 from skylimb.analysis.recording.log import build_log
-from skylimb.analysis.recording.run import Run
+from skylimb.analysis.recording.run import OK, Run
 from skylimb.base.errors import OutputError
 from skylimb.base.rotations import (
     quaternion_from_rotation,
@@ -144,7 +144,7 @@ def _from_topics(
         if len(one.times) > 1 and (gap := float(np.median(np.diff(one.times)))) > 1.5 * period
     ]
     values = _signals(held, robot, link(robot), said)
-    attributes = {"robot": robot.name, "experiment": "log", "status": "OK"}
+    attributes = {"robot": robot.name, "experiment": "log", "status": OK}
     log = build_log(values, ticks - ticks[0], robot.description, attributes=attributes)
     return Read(Run(name=name, controller="", log=log), tuple(said))
 

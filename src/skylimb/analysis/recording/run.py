@@ -30,8 +30,14 @@ LOG_FILE = "log.nc"
 PROBLEMS = "problems"
 """Of a run's metrics: why a user's metric has no number, by the metric's name."""
 
+OK = "OK"
+"""Status of a flight that came to its mission's end."""
 STOPPED = "STOPPED"
 """Status of a flight that its experiment has stopped (`stop_at`): it is scored as far as it flew."""
+UNFINISHED = "UNFINISHED"
+"""Status of a flight whose controller held its mission back until all its time was over; it still flew."""
+FAILED = "FAILED"
+"""Status of a flight that was lost: it crashed or diverged, or its controller's own code failed."""
 
 _OWN_ATTRIBUTES = ("format", "name", "metrics")
 
@@ -66,8 +72,8 @@ class Run:
 
     @property
     def status(self) -> str:
-        """OK; STOPPED where the experiment has it stopped (`stop_at`); FAILED where it ended before that."""
-        return str(self.log.attrs.get("status", "OK"))
+        """How it ended: `OK`, `STOPPED`, `UNFINISHED` or `FAILED`."""
+        return str(self.log.attrs.get("status", OK))
 
     @property
     def cause(self) -> str:
@@ -76,8 +82,13 @@ class Run:
 
     @property
     def failed(self) -> bool:
-        """Whether it ended before its time, and nobody wanted that."""
-        return self.status not in ("OK", STOPPED)
+        """Whether it did not come to its mission's end, and nobody wanted that: lost, or not finished."""
+        return self.status not in (OK, STOPPED)
+
+    @property
+    def lost(self) -> bool:
+        """Whether it was lost: it crashed or diverged, or its controller's own code failed."""
+        return self.failed and self.status != UNFINISHED
 
     @property
     def stopped(self) -> bool:

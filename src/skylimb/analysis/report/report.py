@@ -16,6 +16,7 @@ from skylimb.analysis.paper.check import check_claims
 from skylimb.analysis.paper.configuration import not_the_papers
 from skylimb.analysis.paper.numbers import SOURCE, published_beside
 from skylimb.analysis.recording import Run
+from skylimb.analysis.recording.run import OK
 from skylimb.analysis.report.places import CONFIG_FILE, home
 from skylimb.analysis.scores.axis_names import AxisNames, common_names
 from skylimb.analysis.scores.declared import shown_scores
@@ -95,7 +96,7 @@ def render_report(
         missed=[
             (palette.label(name), run.missed) for name, run in runs.items() if run.missed and not run.failed
         ],
-        finished=sum(run.status == "OK" for run in runs.values()),
+        finished=sum(run.status == OK for run in runs.values()),
         total=len(runs),
         transitions=[
             (palette.label(name), contact_transitions(run.log))

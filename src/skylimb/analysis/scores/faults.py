@@ -95,7 +95,7 @@ def fault(run: Run) -> dict[str, float]:
     # A flight that was lost before its fault tells nothing of it.
     lasted = float(time[-1] - onset) if happened or not planned else np.nan
     seen, alarms = _noticed(log, onset if happened else np.inf)
-    landed = run.failed and _landed(log)
+    landed = run.lost and _landed(log)
     lost = run.failed and not (time[-1] >= end or lasted >= OUTLIVED or landed)
     known = {
         "lasted": lasted,
@@ -103,7 +103,7 @@ def fault(run: Run) -> dict[str, float]:
         "seen": seen,
         "believed": _believed(log, onset),
         "alarms": alarms,
-        "unnamed": float(run.failed and not _broken_off(log)),
+        "unnamed": float(run.lost and not _broken_off(log)),
         "invalid": _invalid(log),
     }
     if lost or (run.twin is not None and run.twin.failed):

@@ -182,15 +182,15 @@ def scores(runs: Mapping[str, Run]) -> None:
 
 
 def status(run: Run) -> str:
-    """What became of a run, red where it was lost."""
+    """What became of a run, red where it failed."""
     return f"[red]{run.status}[/red]" if run.failed else run.status
 
 
 def verdicts(runs: Mapping[str, Run]) -> None:
-    """Why runs were lost, or what was not done as commanded."""
+    """Why runs failed, or what was not done as commanded."""
     for name, run in runs.items():
         if run.failed:
-            print(f"{name} FAILED: {run.cause}")
+            print(f"{name} {run.verdict}")
         elif run.stopped:
             print(f"{name} {run.cause}; scored as far as it flew")
         elif run.missed:

@@ -110,13 +110,18 @@ def unfinished(mission: Mission, flight: Flight) -> Flight:
     if flight.ticks < len(mission.flight_times(paced)):
         cause = stopped_cause(flight.ticks, mission)
     else:
-        cause = (
-            f"not finished: the controller held the mission back, which was at {at:.3f} s of "
-            f"{mission.times[-1]:.3f} s when {mission.patience:g} times its time were over"
-        )
+        cause = held_back_cause(at, mission)
     return Flight(flight.signals, flight.layout, flight.ticks, cause)
 
 
 def stopped_cause(ticks: int, mission: Mission) -> str:
     """The cause of a flight that was stopped after `ticks` ticks, before its mission's end."""
     return f"stopped from outside at t = {ticks * mission.period:.3f} s, before the mission's end"
+
+
+def held_back_cause(at: float, mission: Mission) -> str:
+    """The cause of a flight whose mission came no further than `at`, s, in all the time that it has."""
+    return (
+        f"the controller held the mission back, which was at {at:.3f} s of "
+        f"{mission.times[-1]:.3f} s when {mission.patience:g} times its time were over"
+    )

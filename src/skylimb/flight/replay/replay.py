@@ -17,6 +17,7 @@ from skylimb.analysis.exchange.convert import read_log
 from skylimb.analysis.notebook_run import Run
 from skylimb.analysis.recording.log import log_variable
 from skylimb.analysis.recording.origin import TABLE
+from skylimb.analysis.recording.run import OK
 from skylimb.analysis.recording.run import Run as Record
 from skylimb.analysis.report.controller_replay import REPLAYED
 from skylimb.base.errors import ConfigError, SkylimbError
@@ -126,7 +127,7 @@ def _replayed(
     values = open_loop(controller, held, mission, period, changing, progress, ahead)
     notes = (*said, *resampled, *held.missing, *planned, *dropped, *_broken_off(log))
     known = controller_signals(controller)
-    said_of_it = {"controller": controller.name, "status": "OK", "cause": "", REPLAYED: run.name}
+    said_of_it = {"controller": controller.name, "status": OK, "cause": "", REPLAYED: run.name}
     made = Run(
         name=f"{controller.name}, replayed",
         controller=controller.name,

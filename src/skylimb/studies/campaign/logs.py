@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from skylimb.studies.campaign.frozen import Campaign
-from skylimb.studies.campaign.rows import FAILED, LOST, OK, REFUSED, Row
+from skylimb.studies.campaign.rows import BROKEN_OFF, FLOWN, LOST, REFUSED, Row
 from skylimb.studies.campaign.spec import log_limit
 from skylimb.studies.campaign.statistics import is_success
 
@@ -17,8 +17,8 @@ def log_flag(campaign: Campaign) -> str:
 
 def wanted_logs(campaign: Campaign, rows: Mapping[int, Row]) -> list[int]:
     """Flights that keep their log by the policy."""
-    policy, flown = campaign.spec.logs, [row for row in rows.values() if row["status"] in (OK, FAILED)]
-    kept = {"none": [], "failures": [row for row in flown if row["status"] == FAILED], "all": flown}
+    policy, flown = campaign.spec.logs, [row for row in rows.values() if row["status"] in FLOWN]
+    kept = {"none": [], "failures": [row for row in flown if row["status"] in BROKEN_OFF], "all": flown}
     chosen = kept[policy] if policy in kept else worst(campaign, flown, log_limit(policy) or 0)
     return sorted(row["flight"] for row in chosen)
 

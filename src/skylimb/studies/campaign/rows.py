@@ -7,20 +7,25 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from skylimb.analysis.recording.run import FAILED, OK, STOPPED, UNFINISHED
 from skylimb.studies.campaign.draws import Draw
 from skylimb.studies.campaign.frozen import Campaign
 
 Row = dict[str, Any]
 
-OK = "OK"
-FAILED = "FAILED"
-"""The flight was lost, or the controller's own code failed."""
 REFUSED = "REFUSED"
 """The draw cannot be flown by anybody: the robot would start inside the surface, or the path leaves it."""
 QUARANTINED = "QUARANTINED"
 """The flight killed its worker three times."""
 
-LOST = (FAILED, QUARANTINED)
+FINISHED = (OK, STOPPED)
+"""The flight went on for as long as its experiment wants."""
+BROKEN_OFF = (FAILED, UNFINISHED)
+"""It ended before that, or its time was over before its mission was."""
+FLOWN = (*FINISHED, *BROKEN_OFF)
+"""There is a log of it."""
+LOST = (*BROKEN_OFF, QUARANTINED)
+"""No number of the flight counts; nothing is as bad."""
 
 _SIMPLE = {int, float, bool, str}
 

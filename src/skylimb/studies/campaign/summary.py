@@ -15,7 +15,7 @@ from skylimb.analysis.scores.axis_names import GENERIC, AxisNames, names_of_vect
 from skylimb.control.missions.frame import contact_frame
 from skylimb.studies.campaign.frozen import FORMAT_VERSION, Campaign
 from skylimb.studies.campaign.logs import worst
-from skylimb.studies.campaign.rows import FAILED, LOST, QUARANTINED, Row
+from skylimb.studies.campaign.rows import BROKEN_OFF, LOST, QUARANTINED, Row
 from skylimb.studies.campaign.statistics import (
     LEVEL,
     Paired,
@@ -124,6 +124,7 @@ def summary_json(campaign: Campaign, rows: Mapping[int, Row], summary: Summary) 
     """The summary as JSON text; infinite numbers are the strings "inf" and "-inf"."""
     scores = summary.scores
     names = scores.controllers
+    ended = {name: [row["status"] for row in rows.values() if row["controller"] == name] for name in names}
     content = {
         "format": FORMAT_VERSION,
         "experiment": campaign.spec.experiment,
@@ -133,10 +134,8 @@ def summary_json(campaign: Campaign, rows: Mapping[int, Row], summary: Summary) 
         "controllers": {
             name: {
                 "success": summary.rates[name]._asdict(),
-                "lost": sum(row["controller"] == name and row["status"] == FAILED for row in rows.values()),
-                "quarantined": sum(
-                    row["controller"] == name and row["status"] == QUARANTINED for row in rows.values()
-                ),
+                "lost": sum(status in BROKEN_OFF for status in ended[name]),
+                "quarantined": ended[name].count(QUARANTINED),
                 "median": {
                     key: dict(zip(("median", "low", "high"), values[i], strict=True))
                     for key, values in summary.medians.items()

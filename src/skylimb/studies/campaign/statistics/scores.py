@@ -11,7 +11,7 @@ import numpy as np
 from skylimb.analysis.scores.registry import SCORES
 from skylimb.analysis.scores.score import Score
 from skylimb.studies.campaign.frozen import Campaign
-from skylimb.studies.campaign.rows import OK, REFUSED, Row, parameter_names
+from skylimb.studies.campaign.rows import FINISHED, REFUSED, Row, parameter_names
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ def scores_of(campaign: Campaign, rows: Mapping[int, Row], draws: int | None = N
         campaign.names,
         np.array([group[0]["draw"] for group in flown], dtype=int),
         table(lambda row: is_success(campaign, row), bool),
-        table(lambda row: row["status"] == OK, bool),
+        table(lambda row: row["status"] in FINISHED, bool),
         {key: values for key, values in metrics.items() if np.isfinite(values).any()},
         {name: np.array([group[0][name] for group in flown]) for name in parameter_names(campaign)},
         refused,
@@ -98,7 +98,7 @@ def scores_of(campaign: Campaign, rows: Mapping[int, Row], draws: int | None = N
 
 def is_success(campaign: Campaign, row: Row) -> bool:
     """Whether a flight finished and kept every bound of the spec's `success`."""
-    if row["status"] != OK:
+    if row["status"] not in FINISHED:
         return False
     return all(
         row[key] is not None
