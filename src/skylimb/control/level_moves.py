@@ -22,6 +22,7 @@ from typing import Annotated, Any, NamedTuple
 import casadi as ca
 
 from skylimb.base.keys import Key, configuration
+from skylimb.base.rotations import rot_z, rpy_from_rotation
 from skylimb.control.box_least_squares import nearest_in_box
 from skylimb.control.estimation.records import BodyState
 from skylimb.control.lateral import least_move, side_force_function
@@ -128,6 +129,21 @@ def nominal_rotation(robot: Robot, body: BodyState, joint_angles: Array, nominal
         nominal: vectoring angles, rad.
     """
     return body.R_WC @ body.model.R_root_C.T @ as_numpy(_hovering_frame(robot)(joint_angles, nominal))
+
+
+def aim_level(robot: Robot, body: BodyState, joint_angles: Array, nominal: Array, force: Array) -> Array:
+    """The force along which z of {C} lies while the body is level, W, N, (3,).
+
+    Args:
+        robot: the controller's model.
+        body: attitude of {C} at the measured angles.
+        joint_angles: measured, rad.
+        nominal: vectoring angles at which the body hovers level, rad.
+        force: whose upright part it has, W, N, (3,).
+    """
+    # Where z of {C} lies in the level body, turned to the body's heading.
+    up = nominal_rotation(robot, body, joint_angles, nominal).T @ body.R_WC[:, 2]
+    return rot_z(rpy_from_rotation(body.R_WC)[2]) @ up * (force[2] / up[2])
 
 
 def _within(J: Array, damping: Any, free: Array, lower: Array, upper: Array) -> Array:

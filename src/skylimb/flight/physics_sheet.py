@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 
 from skylimb.flight.takeoff import Takeoff
-from skylimb.robots.description import RobotDescription
+from skylimb.robots.description import AIR_DENSITY, RobotDescription
 from skylimb.robots.model import Robot
 from skylimb.robots.reaction import reaction_zeros, slowest_unstable_zero
 from skylimb.simulation.contact import effective_mass
@@ -23,8 +23,6 @@ from skylimb.simulation.imu import ImuConfig
 from skylimb.simulation.plant_config import PlantConfig
 from skylimb.simulation.robot_bodies import TIP_SITE
 
-AIR_DENSITY = 1.2
-"""kg/m^3."""
 _FRONT = 0.5
 """Drag coefficient times frontal area that no robot that ships exceeds, m^2."""
 ROTOR_DRAG = 0.54

@@ -18,6 +18,8 @@ from skylimb.robots.links import Fixed, Joint, Link, zeros
 
 GRAVITY = 9.80665
 """Standard gravity, m/s^2: that of every place that an experiment does not say otherwise."""
+AIR_DENSITY = 1.225
+"""Of air at sea level (ISO 2533), kg/m^3."""
 
 _Each = float | tuple[float, ...]
 """One number for every joint, or one for each."""

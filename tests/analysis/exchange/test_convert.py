@@ -21,12 +21,13 @@ from skylimb.analysis.exchange.containers import container_of
 from skylimb.analysis.exchange.convert import convert, read_log, salvage, write_log
 from skylimb.analysis.exchange.frames import lab_link
 from skylimb.analysis.exchange.from_run import messages_of
+from skylimb.analysis.exchange.lab_ticks import lab_name
 from skylimb.analysis.exchange.lab_topics import ROW
 from skylimb.analysis.exchange.layouts import first_second, foxglove_layout, plots, write_layouts
 from skylimb.analysis.exchange.message_types import DEFINITIONS, IMU, message_types
 from skylimb.analysis.exchange.run_topics import row_table, run_of
 from skylimb.analysis.exchange.stream import Message, Raw, decoded, encoder
-from skylimb.analysis.exchange.to_run import Read, run_from
+from skylimb.analysis.exchange.to_run import Read, angles_in_order, run_from
 from skylimb.analysis.recording import Run, write_sources
 from skylimb.analysis.report.controller_replay import differences
 from skylimb.apps.cli.main import main
@@ -264,6 +265,26 @@ def test_a_topic_that_is_missing_or_odd_is_told(
     except OutputError as error:
         said = str(error)
     assert words in said
+
+
+@pytest.mark.parametrize("name", ["dragon", "hydrus_xi_quad"])
+def test_angles_are_found_by_their_names_whatever_the_order(name: str) -> None:
+    robot = skylimb.load_robot(name)
+    names = [*robot.description.shape_joints, *robot.description.vectoring_joints]
+    angles = dict(zip(names, 0.01 * np.arange(1.0, len(names) + 1), strict=True))
+    shuffled = sorted(names, reverse=True)
+    one = (0.0, 0.0, {lab_name(each): angles[each] for each in shuffled})
+    said: list[str] = []
+    found = angles_in_order({"measured": [one]}, robot, said)
+    assert found["joint_angles_measured"][0][2].tolist() == [
+        angles[n] for n in robot.description.shape_joints
+    ]
+    assert found["vectoring_angles_measured"][0][2].tolist() == [
+        angles[n] for n in robot.description.vectoring_joints
+    ]
+    assert not said
+    assert not angles_in_order({"measured": [(0.0, 0.0, {"wheel": 0.1})]}, robot, said)
+    assert said[0].startswith(f"angles measured: of wheel; {name} has joint1")
 
 
 def test_poses_that_are_no_numbers_are_none(messages: list[Message]) -> None:

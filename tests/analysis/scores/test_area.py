@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import skylimb
 from skylimb.analysis.figures import REPORT_FIGURES
-from skylimb.analysis.scores.area import CELL, areas_of
+from skylimb.analysis.scores.area import CELL, areas, areas_of
 
 WORD = {
     "trajectory.text": "v",
@@ -68,6 +69,28 @@ def test_a_flight_is_scored_and_drawn(runs):
     assert picture.suits(runs)
     assert not picture.suits({"other": skylimb.Run("", "", as_asked.log.drop_vars("reference_width"), {})})
     assert len(picture.draw(runs).axes) == 2
+
+
+def test_a_flight_that_ends_in_touch_has_its_area_as_well(runs):
+    log = runs["as asked"].log
+    cut = log.isel(time=slice(0, int(np.flatnonzero(log.contact.values > 0)[-1]) + 1))
+    whole, found = areas(log), areas(cut)
+    assert whole is not None
+    assert found is not None
+    assert np.count_nonzero(found.drawn) == pytest.approx(np.count_nonzero(whole.drawn), rel=0.02)
+
+
+def test_the_width_at_a_sample_is_that_of_the_force_around_it(runs):
+    """Forces that only grow cover the same when time goes back."""
+    log = runs["as asked"].log
+    force = xr.where(log.contact > 0, 0.2 + 0.05 * (log.time - log.time[0]), 0.0)
+    forth = areas(log.assign(contact_force_normal=force))
+    back = log.isel(time=slice(None, None, -1)).assign_coords(time=log.time.values)
+    turned = areas(back.assign(contact_force_normal=force[::-1].assign_coords(time=log.time.values)))
+    assert forth is not None
+    assert turned is not None
+    apart = np.count_nonzero(forth.drawn ^ turned.drawn)
+    assert apart < 0.005 * np.count_nonzero(forth.drawn)
 
 
 def test_the_force_follows_the_path(runs):

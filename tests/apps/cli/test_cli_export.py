@@ -23,6 +23,8 @@ def test_export_c_leaves_what_it_promises(tmp_path: Path, capsys: pytest.Capture
         (["--controller", "hybird"], "did you mean 'hybrid'"),
         (["--rate", "0"], "--rate = 0 Hz"),
         (["--robot", "hydra"], "hydra"),
+        (["--log", "flown", "--calibration", "mine.toml"], "--calibration cannot stand beside --log"),
+        (["--log", "flown", "--rate", "100"], "--rate cannot stand beside --log"),
     ],
 )
 def test_what_cannot_be_exported_leaves_nothing(

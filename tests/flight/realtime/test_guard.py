@@ -183,6 +183,21 @@ def test_a_command_that_is_no_number_is_held(flight: Flight, hovering: Make, bad
     assert flight.guard.counts["command is no number"] == 1
 
 
+@pytest.mark.parametrize("raised", [ValueError("spring broke"), SystemExit(), SystemExit("enough")])
+def test_a_controller_that_raises_or_exits_is_flown_back(
+    flight: Flight, hovering: Make, raised: BaseException
+) -> None:
+    def fails(command: Command) -> Command:
+        raise raised
+
+    first, _ = flight.tick(hovering())
+    flight.inner.given = fails
+    second, _ = flight.tick(hovering())
+    assert flight.guard.retreating
+    assert flight.guard.failed == (str(raised) or "SystemExit")
+    np.testing.assert_array_equal(second.thrusts, first.thrusts)
+
+
 def test_a_command_beyond_the_limits_is_cut(flight: Flight, robot: Robot, hovering: Make) -> None:
     low, high = robot.thrust_limits()
     flight.inner.given = lambda command: command._replace(

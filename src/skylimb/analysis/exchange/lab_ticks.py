@@ -23,6 +23,11 @@ UNKNOWN = (np.nan, np.nan, np.nan)
 """A vector that nobody knows."""
 
 
+def lab_name(joint: str) -> str:
+    """A joint as the lab calls it: our `gimbal_joint1` is its `gimbal1`."""
+    return joint.replace("gimbal_joint", "gimbal")
+
+
 class Names:
     """Names of a robot's joints and frames on the lab's topics.
 
@@ -39,7 +44,7 @@ class Names:
         self._description = description
         self.joints = description.shape_joints
         self.mass = sum(link.inertial.mass for link in description.links)
-        self.gimbals = tuple(name.replace("gimbal_joint", "gimbal") for name in description.vectoring_joints)
+        self.gimbals = tuple(map(lab_name, description.vectoring_joints))
 
     def frame(self, name: str) -> str:
         """A frame of the robot, as the lab calls it."""

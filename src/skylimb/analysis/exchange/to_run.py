@@ -11,6 +11,7 @@ import numpy as np
 
 from skylimb.analysis.exchange.codec import plain_of
 from skylimb.analysis.exchange.frames import Frames, LinkFrames
+from skylimb.analysis.exchange.lab_ticks import Names, lab_name
 from skylimb.analysis.exchange.lab_topics import IN_LOGS, RECORD, ROW, SOURCE
 from skylimb.analysis.exchange.messages import Joints
 from skylimb.analysis.exchange.run_topics import content_of, run_of
@@ -26,6 +27,9 @@ from skylimb.base.rotations import (
     rpy_from_rotation,
 )
 from skylimb.robots.model import Robot
+
+Named = tuple[float, float, dict[str, float]]
+"""When angles were recorded, s, their message's stamp, s, and the angles by the joint's name, rad."""
 
 
 class Read(NamedTuple):
@@ -58,6 +62,7 @@ def run_from(
     sources: dict[str, bytes] = {}
     rows: list[np.ndarray] = []
     samples: defaultdict[str, list[Sample]] = defaultdict(list)
+    joints: defaultdict[str, list[Named]] = defaultdict(list)
     others: Counter[str] = Counter()
     flights, announced = 1, False
     for message in messages:
@@ -75,16 +80,21 @@ def run_from(
             rows.append(row)
             announced = False
         elif record is None:
-            _take(message, samples, others)
+            _take(message, samples, joints, others)
     if record is not None:
         if len({len(row) for row in rows}) > 1:
             raise OutputError(f"'{name}': rows of different length on {ROW.name}")
         said = (f"{flights} flights; this is the last one",) if flights > 1 else ()
         return Read(run_of(record, np.array(rows).reshape(len(rows), -1), sources, name), said)
-    return _from_topics(samples, others, robot(), name, link, period)
+    return _from_topics(samples, joints, others, robot(), name, link, period)
 
 
-def _take(message: Message, samples: dict[str, list[Sample]], others: Counter[str]) -> None:
+def _take(
+    message: Message,
+    samples: dict[str, list[Sample]],
+    joints: dict[str, list[Named]],
+    others: Counter[str],
+) -> None:
     """Note down the signals of a message, or that its topic has none."""
     topics = (topic for topic in IN_LOGS if f"/{message.topic}".endswith(f"/{topic.name}"))
     topic = next(topics, None)
@@ -95,23 +105,41 @@ def _take(message: Message, samples: dict[str, list[Sample]], others: Counter[st
     stamp = plain_of(header, "stamp") if hasattr(header, "stamp") else 0.0
     for signal, path in topic.signals.items():
         value = plain_of(message.value, path)
-        found = _angles(signal, value) if isinstance(value, Joints) else {signal: value}
-        for name, numbers in found.items():
-            samples[name].append((message.time * 1e-9, stamp, np.asarray(numbers, dtype=float)))
+        if isinstance(value, Joints):
+            angles = dict(zip(map(lab_name, value.names), value.angles, strict=False))
+            joints[signal].append((message.time * 1e-9, stamp, angles))
+        else:
+            samples[signal].append((message.time * 1e-9, stamp, np.asarray(value, dtype=float)))
 
 
-def _angles(signal: str, value: Joints) -> dict[str, list[float]]:
-    """Angles in the order of their names: a joint is a joint, what is called a gimbal a vectoring angle."""
-    found: dict[str, list[float]] = {}
-    for name, angle in sorted(zip(value.names, value.angles, strict=False)):
-        for start, kind in (("joint", "joint"), ("gimbal", "vectoring")):
-            if name.startswith(start):
-                found.setdefault(f"{kind}_angles_{signal}", []).append(angle)
+def angles_in_order(
+    joints: Mapping[str, list[Named]], robot: Robot, said: list[str]
+) -> dict[str, list[Sample]]:
+    """Angles by signal, in the robot's order, of the messages that name all its joints of a kind."""
+    names, found = Names(robot), {}
+    kinds = {"joint": names.joints, "vectoring": names.gimbals}
+    for signal, every in joints.items():
+        whole = {
+            f"{kind}_angles_{signal}": [
+                (time, stamp, np.array([angles[name] for name in wanted], dtype=float))
+                for time, stamp, angles in every
+                if angles.keys() >= set(wanted)
+            ]
+            for kind, wanted in kinds.items()
+            if wanted
+        }
+        known = {name: samples for name, samples in whole.items() if samples}
+        if not known:
+            heard = ", ".join(sorted({name for _, _, angles in every for name in angles})) or "no joint"
+            expected = ", ".join(name for wanted in kinds.values() for name in wanted)
+            said.append(f"angles {signal}: of {heard}; {robot.name} has {expected}; left out")
+        found |= known
     return found
 
 
 def _from_topics(
     samples: Mapping[str, list[Sample]],
+    joints: Mapping[str, list[Named]],
     others: Counter[str],
     robot: Robot,
     name: str,
@@ -124,6 +152,7 @@ def _from_topics(
             f"'{name}' has no topic .../mocap/pose: there is no flight in it (topics: {topics})"
         )
     said = [f"topics without a place in a log: {', '.join(sorted(others))}"] if others else []
+    samples = {**samples, **angles_in_order(joints, robot, said)}
     series = {signal: one for signal, every in samples.items() if (one := series_of(every))}
     said += [
         f"{signal}: samples of different sizes are left out" for signal in samples.keys() - series.keys()

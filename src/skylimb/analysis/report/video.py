@@ -156,9 +156,10 @@ def _draw(command: list[str], environment: dict[str, str], name: str, progress: 
                 done, total = map(int, line.split())
                 if progress is not None:
                     progress(done, total)
+        except BaseException:
+            process.kill()
+            raise
         finally:
-            if process.poll() is None and sys.exc_info()[0] is not None:
-                process.kill()
             code = process.wait()
         complaints.seek(0)
         lines = complaints.read().strip().splitlines()

@@ -16,7 +16,7 @@ from skylimb.analysis.recording.run import Run
 from skylimb.analysis.scores.force import FORCE_WINDOW
 from skylimb.analysis.scores.pen_line import between_gaps, dense, marks
 from skylimb.analysis.scores.score import DRAWING, metric
-from skylimb.analysis.scores.signals import moving_mean
+from skylimb.analysis.scores.signals import around, samples_within
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -62,7 +62,8 @@ def areas(log: xr.Dataset) -> Areas | None:
         return None
     line = np.column_stack([log.reference_line.values, log.reference_width.values])
     samples, points = marks(log)
-    force = moving_mean(log.time.values, log.contact_force_normal.values, FORCE_WINDOW)[samples]
+    count = samples_within(log.time.values, FORCE_WINDOW)
+    force = around(log.contact_force_normal.values, count).mean(axis=-1)[samples]
     width = float(log.reference_width.attrs["per_force"]) * force
     return areas_of(
         np.vstack([dense(stroke) for stroke in between_gaps(line)]), np.column_stack([points, width])

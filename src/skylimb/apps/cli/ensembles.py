@@ -43,7 +43,8 @@ def reproduce(
         outcome = reproduction.reproduce(out, draws or DRAWS, workers=workers, resume=resume, progress=report)
     if outcome.result is None:
         total = outcome.campaign.flight(outcome.campaign.spec.draws, 0)
-        return interrupted(len(outcome.rows), total, out, f"reproduce --draws {draws or DRAWS}")
+        again = f"reproduce --draws {draws or DRAWS}"
+        return interrupted(len(outcome.rows), total, out, again, workers=workers)
     _show_reproduction(outcome.result)
     output.places(Path(out))
     return 0

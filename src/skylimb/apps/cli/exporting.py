@@ -6,15 +6,20 @@ from typing import Annotated
 
 from skylimb.apps.cli.arguments import arg
 from skylimb.apps.cli.options import Calibration, new_folder, within
+from skylimb.base.errors import ConfigError
 
 
 def export_c(
     folder: Annotated[str, arg("New folder for the files.", "DIR")],
     *,
-    controller: Annotated[str, arg("A controller's name or its TOML file.", "NAME")] = "hybrid",
-    robot: Annotated[str, arg("A robot's name, folder or file.", "NAME")] = "hydrus_xi_quad",
+    controller: Annotated[
+        str | None, arg("A controller's name or its TOML file; by default hybrid.", "NAME")
+    ] = None,
+    robot: Annotated[
+        str | None, arg("A robot's name, folder or file; by default hydrus_xi_quad.", "NAME")
+    ] = None,
     calibration: Calibration = None,
-    rate: Annotated[float, arg("Control ticks a second.", "HZ")] = 200.0,
+    rate: Annotated[float | None, arg("Control ticks a second; by default 200.", "HZ")] = None,
     losses: Annotated[
         bool, arg("Whether its supervisor looks for rotors that lose thrust; tuned to hydrus_xi_quad.")
     ] = False,
@@ -33,7 +38,12 @@ def export_c(
         skylimb export-c --log out/hybrid out/hybrid-c
         skylimb export-c --controller following --losses out/following-c
     """
-    within("--rate", rate, 10.0, 10_000.0, "Hz")
+    within("--rate", 200.0 if rate is None else rate, 10.0, 10_000.0, "Hz")
+    if log:
+        chosen = {"controller": controller, "robot": robot, "calibration": calibration, "rate": rate}
+        for name, value in chosen.items():
+            if value is not None:
+                raise ConfigError(f"--{name} cannot stand beside --log: the flight says what is written")
     place = new_folder(folder, "")
     from skylimb.control.supervisor.limits import Limits
 
@@ -48,14 +58,14 @@ def export_c(
         import skylimb
         from skylimb.flight import export
 
-        model = skylimb.load_robot(robot)
-        law = skylimb.load_controller(controller, model)
+        model = skylimb.load_robot(robot or "hydrus_xi_quad")
+        law = skylimb.load_controller(controller or "hybrid", model)
         if calibration:
             from skylimb.control.calibrated import calibrated
             from skylimb.control.corrections import read_corrections
 
             law = calibrated(law, model, read_corrections(calibration))
-        written = export.export_c(law, place, 1.0 / rate, limits=limits)
+        written = export.export_c(law, place, 1.0 / (rate or 200.0), limits=limits)
         compiler, program, use = "cc main.c", "example", ""
     for path in written:
         print(f"  {path}")

@@ -41,9 +41,9 @@ _IMU = re.compile(r"(^|[_/])(imu|fc|flight_?controller)\d*(_link)?$", re.IGNOREC
 """Names of links on which an IMU sits; the lab's flight controller is called fc."""
 _HEAVIEST, _SMALLEST, _LARGEST = 0.3, 0.02, 0.4
 """A link is a rotor alone up to this mass (kg), and with a disc's radius between these (m)."""
-_COEFFICIENT, _AIR = 0.1, 1.2
-"""Thrust coefficient of usual propellers, thrust over air density, squared turns a second and diameter to the
-fourth; density of the air, kg/m^3."""
+_COEFFICIENT = 0.12
+"""Of usual propellers, thrust over squared turns a second and diameter to the fourth, kg/m^3: a thrust
+coefficient of 0.1 in air."""
 _SERVOS = {"joints": Servo(50.0, 2.0, 3.0, 0.5), "gimbals": Servo(5.0, 0.1, 3.0, 10.0)}
 
 
@@ -167,7 +167,7 @@ def _turning(tree: UrdfTree, rotor: MappedRotor, doubts: list[Doubt]) -> tuple[f
             Doubt("inertia of the rotors", value, "say inertia in a mapping file: propeller and bell")
         )
     if factor is None:
-        factor = float(f"{_COEFFICIENT * _AIR * (2.0 * radius) ** 4 / (2.0 * math.pi) ** 2:.3g}")
+        factor = float(f"{_COEFFICIENT * (2.0 * radius) ** 4 / (2.0 * math.pi) ** 2:.3g}")
         value = f"is not said; {factor:g} N s^2 is assumed, as for a propeller of {2.0 * radius:.2g} m"
         doubts.append(Doubt("thrust over squared speed", value, "say thrust_factor, from a data sheet"))
     return inertia, factor

@@ -7,16 +7,14 @@ instead of being refused in silence.
 
 from __future__ import annotations
 
-import logging
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from skylimb.analysis.exchange.lab_topics import Topic
 from skylimb.analysis.exchange.message_types import Types
 from skylimb.apps.ros.messages import Arrived
-
-_log = logging.getLogger(__name__)
+from skylimb.flight.realtime.faults import Faults
 
 MOST = 32
 """Messages of a topic that are kept between two ticks, the newest."""
@@ -61,7 +59,7 @@ class Inbox:
         self._digests = {topic: definitions.described(topic.type)[1] for topic in known}
         self._waiting: dict[Topic, deque[Raw]] = {topic: deque(maxlen=MOST) for topic in known}
         self._clock, self._name = clock, name
-        self.counts: Counter[str] = Counter()
+        self.counts = Faults()
         self._subscribers = [
             subscribe(topic.full(namespace), lambda raw, topic=topic: self._keep(topic, raw))
             for topic in known
@@ -73,7 +71,7 @@ class Inbox:
             return
         waiting = self._waiting[topic]
         if len(waiting) == MOST:
-            self.counts[f"flood of {topic.name}"] += 1
+            self.counts.note("inbox", f"flood of {topic.name}")
         waiting.append(raw._replace(at=self._clock()))
 
     def take(self) -> list[Arrived]:
@@ -87,17 +85,17 @@ class Inbox:
         return found
 
     def _read(self, topic: Topic, raw: Raw) -> Arrived | None:
+        name = topic.name
         if raw.md5 not in (self._digests[topic], "*"):
-            return self._refuse(f"wrong md5 of {topic.name}", f"{raw.sender} sends {raw.kind} {raw.md5}")
-        if len(raw.data) > LONGEST:
-            return self._refuse(f"message too long on {topic.name}", f"{len(raw.data)} bytes")
-        try:
-            value = self._definitions.read(topic.type, raw.data)
-        except Exception as error:  # rosbags raises what its struct calls raise
-            return self._refuse(f"unreadable message on {topic.name}", str(error))
-        return Arrived(topic.name, value, raw.sender, raw.at)
-
-    def _refuse(self, what: str, why: str) -> None:
-        self.counts[what] += 1
-        if self.counts[what] == 1:
-            _log.warning("%s: %s", what, why)
+            why = f"{raw.sender} sends {raw.kind} {raw.md5}"
+            self.counts.note("inbox", f"wrong md5 of {name}", why=why)
+        elif len(raw.data) > LONGEST:
+            self.counts.note("inbox", f"message too long on {name}", why=f"{len(raw.data)} bytes")
+        else:
+            try:
+                value = self._definitions.read(topic.type, raw.data)
+            except Exception as error:  # rosbags raises what its struct calls raise
+                self.counts.note("inbox", f"unreadable message on {name}", why=str(error))
+            else:
+                return Arrived(name, value, raw.sender, raw.at)
+        return None

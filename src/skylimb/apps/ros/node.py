@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import signal
 import time
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable, Mapping
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,9 @@ Profile = Simulated | Piloted
 
 _ONCE = 1.0
 """Seconds before the same line is said again."""
+
+REMEMBERED = 3600.0
+"""Seconds for which a node knows how it kept to the clock: it may run for days."""
 
 _LAND = "teleop_command/land"
 
@@ -60,12 +64,12 @@ class Node:
         self._to_end = 0
         self._known: Counter[str] = Counter()
         self._last_said: dict[str, float] = {}
-        self._late: list[float] = []
-        self._took: list[float] = []
+        ticks = round(REMEMBERED / pacer.period)
+        self._late, self._took = deque[float](maxlen=ticks), deque[float](maxlen=ticks)
 
     @property
     def timing(self) -> Timing:
-        """How the loop kept to the clock; latency until all of a tick was sent."""
+        """How the loop kept to the clock in the last hour; latency until all of a tick was sent."""
         late = np.array(self._late)
         return Timing(self._pacer.period, late, np.array(self._took), np.zeros(len(late), dtype=bool))
 
@@ -136,7 +140,7 @@ class Node:
             self._say(f"fault: {name}")
         self._known = faults
         if last is not None:
-            late = float(np.quantile(self._late[-200:], 0.99))
+            late = float(np.quantile(list(islice(reversed(self._late), 200)), 0.99))
             message = diagnosis(last, faults, news, f"{1e3 * late:.3f}", self._clock())
             self._bridge.carry([Outgoing(DIAGNOSTICS, message)])
 

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import logging
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from skylimb.analysis.exchange.lab_topics import ROW, Topic
 from skylimb.analysis.exchange.message_types import Types
-
-_log = logging.getLogger(__name__)
+from skylimb.flight.realtime.faults import Faults
 
 _QUEUE, _LONG_QUEUE = 10, 10_000
 
@@ -33,7 +31,7 @@ class Outbox:
         namespace: str,
         advertise: Callable[[str, tuple[str, str, str], int, bool], Any],
     ) -> None:
-        self._definitions, self.counts = definitions, Counter[str]()
+        self._definitions, self.counts = definitions, Faults()
         self._publishers: dict[str, tuple[Topic, Any]] = {}
         for topic in offered:
             if definitions.knows(topic.type):
@@ -55,7 +53,4 @@ class Outbox:
             try:
                 publisher.publish(self._definitions.write(topic.type, value, self._seq[name]))
             except Exception as error:  # what is only looked at must not end a flight
-                what = f"cannot publish {name}"
-                self.counts[what] += 1
-                if self.counts[what] == 1:
-                    _log.warning("%s: %s", what, error)
+                self.counts.note("outbox", f"cannot publish {name}", why=str(error))

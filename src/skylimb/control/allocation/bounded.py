@@ -36,7 +36,7 @@ from skylimb.control.box_least_squares import nearest_in_box
 from skylimb.control.estimation.records import BodyState, Signals, Start, Wrench
 from skylimb.control.leak import TorqueLeak, follow_leak, side_force, without_leak
 from skylimb.control.needs import Needs
-from skylimb.control.records import Allocated, Demand, LawInput
+from skylimb.control.records import NOTHING, Allocated, Demand, LawInput
 from skylimb.control.rotor_lag import RotorLag, Rotors, allocated, at_rest, known_reaction
 from skylimb.control.rotor_reaction import Reaction
 from skylimb.control.thrusts import Limits, Thrusts, rotor_wrench, unlimited
@@ -129,7 +129,7 @@ def initial_state(gains: ThrustGains, start: Start) -> State:
         np.zeros(3),
         at_rest(start.hover_thrusts),
         start.hover_thrusts,
-        Wrench(np.zeros(3), np.zeros(3)),
+        NOTHING,
     )
 
 

@@ -19,13 +19,12 @@ import numpy as np
 
 from skylimb.base.errors import ConfigError
 from skylimb.base.keys import Key, configuration
-from skylimb.base.rotations import rot_z, rpy_from_rotation
 from skylimb.control.allocation import pseudoinverse
 from skylimb.control.allocation.bounded import Weights, nearest_thrusts, reachable
 from skylimb.control.estimation.records import Signals, Start, Wrench
-from skylimb.control.level_moves import LevelMoves, level_move, nominal_rotation
+from skylimb.control.level_moves import LevelMoves, aim_level, level_move
 from skylimb.control.needs import Needs
-from skylimb.control.records import Allocated, Demand, LawInput
+from skylimb.control.records import NOTHING, Allocated, Demand, LawInput
 from skylimb.control.rotor_lag import RotorLag, Rotors, allocated, at_rest, known_reaction
 from skylimb.control.thrusts import rotor_wrench, unlimited
 from skylimb.robots.model import Robot
@@ -93,19 +92,16 @@ def initial_state(gains: Gains, start: Start) -> State:
         ConfigError: for a robot whose vectoring angles give no side force in two directions.
     """
     _require_turning_rotors(start.robot)
-    none, nothing = np.zeros(start.robot.n_vectoring), Wrench(np.zeros(3), np.zeros(3))
-    return State(at_rest(start.hover_thrusts), start.hover_thrusts, none, none, none, np.zeros(3), nothing)
+    none = np.zeros(start.robot.n_vectoring)
+    return State(at_rest(start.hover_thrusts), start.hover_thrusts, none, none, none, np.zeros(3), NOTHING)
 
 
 def aim(gains: Any, state: State, inputs: LawInput, force: Array) -> Array:
     """The force along which {C} has to point, W, N, (3,): with the body level, plus what the angles miss."""
     body = inputs.estimate.body
     nominal = inputs.reference.vectoring_angles + state.posed
-    R_WN = nominal_rotation(inputs.robot, body, inputs.measurement.joint_angles, nominal)
-    # Where z of {C} lies in the level body, turned to the body's heading.
-    up = R_WN.T @ body.R_WC[:, 2]
-    turned = rot_z(rpy_from_rotation(body.R_WC)[2]) @ up
-    return turned * (force[2] / up[2]) + vector(state.short[0], state.short[1], 0.0)
+    levelled = aim_level(inputs.robot, body, inputs.measurement.joint_angles, nominal, force)
+    return levelled + vector(state.short[0], state.short[1], 0.0)
 
 
 def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[State, Allocated, Signals]:

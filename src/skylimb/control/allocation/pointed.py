@@ -17,13 +17,12 @@ import numpy as np
 
 from skylimb.base.errors import ConfigError
 from skylimb.base.keys import configuration
-from skylimb.base.rotations import rot_z, rpy_from_rotation
 from skylimb.control.allocation import planned
 from skylimb.control.estimation.records import Signals, Start, Wrench
-from skylimb.control.level_moves import nominal_rotation
+from skylimb.control.level_moves import aim_level
 from skylimb.control.needs import Needs
 from skylimb.control.pointing import Pointed, Pointing, pointed
-from skylimb.control.records import Allocated, Demand, LawInput
+from skylimb.control.records import NOTHING, Allocated, Demand, LawInput
 from skylimb.control.rotor_lag import RotorLag, Rotors, allocated, at_rest
 from skylimb.control.thrusts import rotor_wrench
 from skylimb.robots.model import Robot
@@ -78,17 +77,13 @@ def initial_state(gains: Gains, start: Start) -> State:
     _require_turning_rotors(robot)
     hover = start.hover_thrusts
     still = Pointed(hover, np.zeros(robot.n_vectoring))
-    return State(planned.initial_plan(robot), at_rest(hover), still, Wrench(np.zeros(3), np.zeros(3)))
+    return State(planned.initial_plan(robot), at_rest(hover), still, NOTHING)
 
 
 def aim(gains: Any, state: State, inputs: LawInput, force: Array) -> Array:
     """The force along which {C} has to point, W, N, (3,), with the body level."""
-    body = inputs.estimate.body
-    R_WN = nominal_rotation(
-        inputs.robot, body, inputs.measurement.joint_angles, planned.angles_of(state.plan, inputs.dt)
-    )
-    up = R_WN.T @ body.R_WC[:, 2]
-    return rot_z(rpy_from_rotation(body.R_WC)[2]) @ up * (force[2] / up[2])
+    angles, nominal = inputs.measurement.joint_angles, planned.angles_of(state.plan, inputs.dt)
+    return aim_level(inputs.robot, inputs.estimate.body, angles, nominal, force)
 
 
 def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[State, Allocated, Signals]:

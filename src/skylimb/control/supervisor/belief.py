@@ -131,12 +131,7 @@ def believed(
         behind = limits.latency + late.late
         found, lost = look(loss, prediction.observer, body, prediction.thrusts, behind, fresh, dt)
         descending = within(watch.mode, DESCEND, CUT)
-        # A touch or a lost rotor turns the robot otherwise than it is told to at any latency: in contact the
-        # stamps have to say that it has changed.
-        whole = within(lost.lost, 0.0, 0.0) * within(loss.left, 1.0, np.inf)
-        changed = over(abs(measured.capture_age - limits.latency - late.late), DOUBT)
-        asked = where(changed + within(watch.asked.touch, 0.0, 0.5) > 0.5, 1.0, 0.0)
-        settled = good * whole * asked * over(back, SETTLED)
+        settled = good * _tells_latency(limits, watch, measured, lost) * over(back, SETTLED)
         said, torque = measured.capture_age - limits.latency, prediction.delay.wrenches[0][3:6]
         late = lateness(
             late, body, torque, limits.latency, limits.rotor_lag, said, settled, watch.asked.touch, dt
@@ -162,6 +157,18 @@ def believed(
         late=late,
     )
     return watch, Belief(belief, body, stack(fault, wrong), 1.0 - good, speaks, lost, astray)
+
+
+def _tells_latency(limits: Limits, watch: Watch, measured: Measurement, lost: Seen) -> Any:
+    """1 where the robot's turning says how late it is measured.
+
+    A touch or a lost rotor turns the robot otherwise than it is told to, at any latency: in contact, and with
+    a rotor that has lost too little to break the flight off, the stamps have to say that it has changed.
+    """
+    changed = over(abs(measured.capture_age - limits.latency - watch.late.late), DOUBT)
+    asked = where(changed + within(watch.asked.touch, 0.0, 0.5) > 0.5, 1.0, 0.0)
+    most = where(changed > 0.5, limits.lossy, 0.0)
+    return asked * within(lost.lost, 0.0, most) * within(watch.loss.left, 1.0 - most, np.inf)
 
 
 def _loose(robot: Robot, watch: Watch, astray: Array, speeds: Array) -> Array:

@@ -2,7 +2,7 @@
 
     f = 1/2 rho (Cd A) |w| w
 
-acts at the centre of gravity, with the wind w, the density rho of air at sea level (1.225 kg/m^3, ISO 2533),
+acts at the centre of gravity, with the wind w, the density rho of air at sea level,
 and the robot's drag area Cd A. A gust rises and falls as one minus a cosine, the discrete gust of
 MIL-F-8785C. The robot's own speed, some tenths of a metre a second, is left out beside the wind's. The drag
 area that stands here is that of four tubes of 0.6 m by 30 mm across the wind, each with the 1.2 of a long
@@ -20,8 +20,8 @@ import numpy as np
 from skylimb.base.keys import Key, Vector3, configuration, refused
 from skylimb.flight.events.event import Event, EventContext
 from skylimb.flight.events.push import STRONGEST, Push, Wrench
+from skylimb.robots.description import AIR_DENSITY
 
-_AIR = 1.225
 _STEPS = 100
 """Parts of a gust, in each of which its force is held."""
 
@@ -53,7 +53,7 @@ class Wind(Event):
     def force(self) -> np.ndarray:
         """Its greatest force, W, (3,) N."""
         wind = np.array(self.velocity)
-        return 0.5 * _AIR * self.drag_area * np.linalg.norm(wind) * wind
+        return 0.5 * AIR_DENSITY * self.drag_area * np.linalg.norm(wind) * wind
 
     @property
     def words(self) -> str:

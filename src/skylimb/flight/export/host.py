@@ -25,15 +25,12 @@ FLIGHT = "flight.bin"
 """The input's name beside the code."""
 
 
-def export_with_flight(
-    run: Run, folder: str | Path, controller: str = "", limits: Limits | None = None
-) -> list[Path]:
-    """Write a controller as C, and beside it what a recorded flight would have given it.
+def export_with_flight(run: Run, folder: str | Path, limits: Limits | None = None) -> list[Path]:
+    """Write the controller of a recorded flight as C, and beside it what that flight would have given it.
 
     Args:
         run: a recorded flight with its configuration.
         folder: new.
-        controller: by default the one that flew.
         limits: when the supervisor acts.
 
     Returns:
@@ -41,7 +38,7 @@ def export_with_flight(
     """
     with tempfile.TemporaryDirectory(prefix="skylimb-") as home:
         experiment, _ = experiment_of(run, Path(home), {})
-        chosen = chosen_controller(controller or None, experiment, robot_of(experiment), {})
+        chosen = chosen_controller(None, experiment, robot_of(experiment), {})
         content = host_input(run, experiment, chosen).tobytes()
         return export_c(chosen, folder, experiment.control_period, {FLIGHT: content}, limits)
 

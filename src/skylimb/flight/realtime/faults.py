@@ -11,8 +11,8 @@ _log = logging.getLogger(__name__)
 class Faults(Counter[str]):
     """Counts of faults by name; the first of a kind is logged."""
 
-    def note(self, who: str, what: str, times: int = 1) -> None:
-        """Count a fault that `who` has met."""
+    def note(self, who: str, what: str, times: int = 1, why: str = "") -> None:
+        """Count a fault that `who` has met; `why` is logged, and not told apart."""
         if what not in self:
-            _log.warning("%s: %s", who, what)
+            _log.warning("%s: %s%s", who, what, why and f": {why}")
         self[what] += times

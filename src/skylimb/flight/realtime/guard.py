@@ -159,9 +159,9 @@ class GuardedController:
         """
         try:
             return self._controller.step(gains, state, measurement, reference, dt)
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             self.counts.note("guard", FAILED)
-            self.failed = self.failed or str(error)
+            self.failed = self.failed or str(error) or type(error).__name__
             self.retreat()
             return state, None, {}
 

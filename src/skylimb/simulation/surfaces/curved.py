@@ -14,7 +14,6 @@ from skylimb.simulation.surfaces.geom import GEOM, Geom, Shaped, Sheet
 from skylimb.simulation.surfaces.shape import NativeShape, Shape
 from skylimb.simulation.surfaces.surface import Surface
 
-_NUMERIC = "surface_shape"
 _DRAWN, _DRAWN_BOTH = 121, 81  # points along u; along u and v where the shape changes along both
 FAR = 30.0
 """How far, in m, the contact goes on beyond what is looked at, so that no edge is met from behind."""

@@ -74,7 +74,8 @@ def structure_of(takeoff: Takeoff) -> tuple[int, ...]:
 
 def _fly_compiled(takeoff: Takeoff) -> Flight:
     here = world(takeoff)
-    driver = CompiledDriver(takeoff.tick, here.plant, here.data, takeoff.rows, here.hooks, here.events.gains)
+    parts = here.plant, here.data, takeoff.rows, here.hooks, here.events.gains
+    driver = CompiledDriver(takeoff.tick, *parts, advance=here.advance)
     with without_timer():
         return Loop(driver, takeoff.mission, takeoff.experiment.terminations, takeoff.count).fly()
 
