@@ -94,6 +94,63 @@ def test_a_pose_that_is_not_believed_is_not_flown_by_from_its_first_tick_on(away
     assert set(hover.modes(every(2, 20))) == {NORMAL}
 
 
+@pytest.mark.parametrize("angle", [0.3, 0.4, 0.9, 2.0, -0.5])
+@pytest.mark.parametrize("axis", [1, 2, 3])
+def test_a_capture_that_turns_is_believed_by_and_by_but_no_tilt_that_nobody_saw(
+    axis: int, angle: float
+) -> None:
+    """Markers that changed places tilted a hovering robot, which was then flown by that attitude or cut."""
+    hover = Hover()
+    hover.modes(every(2))
+    q = np.array([np.cos(0.5 * angle), 0.0, 0.0, 0.0])
+    q[axis] = np.sin(0.5 * angle)
+    modes = []
+    for _ in range(round(1.5 / DT)):
+        hover.halves.look(Told(), hover.frame()._replace(quaternion=q), hover.reference)
+        hover.halves.act(HOVER)
+        modes.append(hover.halves.mode)
+    names = [list(TABLE.modes)[int(mode)] for mode in dict.fromkeys(modes)]
+    assert names == (["COAST", "NORMAL"] if axis == 3 else ["COAST", "DESCEND", "CUT"])
+    if axis != 3:
+        assert (modes.index(float(list(TABLE.modes).index("CUT"))) + 1) * DT == pytest.approx(1.0, abs=0.03)
+
+
+@pytest.mark.parametrize("height", [0.5, 1.0, 4.9])
+def test_a_descent_has_the_time_that_its_height_needs(height: float) -> None:
+    limits = Limits(descend_for=0.5)
+    halves, rng = Halves(ROBOT, limits, 0, DT, imu=True), np.random.default_rng(0)
+    hover = Hover()
+    reference = hover.reference._replace(position=np.array([0.0, 0.0, height]))
+    modes, imu = [], Imu(np.zeros(3), np.zeros(3))
+    for k in range(round((height / 0.3 + 2.0) / DT)):
+        # The IMU says nothing new from the first second on; the pose is seen all along.
+        if k * DT < 1.0:
+            imu = Imu(rng.standard_normal(3), rng.standard_normal(3))
+        place = np.array([0.0, 0.0, height])
+        halves.look(
+            Told(), hover.frame()._replace(imu=imu, position=place + 1e-4 * rng.standard_normal(3)), reference
+        )
+        halves.act(HOVER)
+        modes.append(list(TABLE.modes)[int(halves.mode)])
+    assert list(dict.fromkeys(modes)) == ["NORMAL", "DESCEND", "CUT"]
+    assert modes.count("DESCEND") * DT == pytest.approx(height / 0.3 + 0.5, abs=0.02)
+
+
+@pytest.mark.parametrize("odd", [np.nan, np.inf, 1e13])
+@pytest.mark.parametrize(
+    ("name", "ends"),
+    [("pose", "CUT"), ("joints", "RETREAT"), ("late", "RETREAT"), ("land", "RETREAT"), ("stop", "CUT")],
+)
+def test_what_is_told_and_is_no_number_is_the_worse_of_both(name: str, ends: str, odd: float) -> None:
+    hover = Hover()
+    hover.modes(every(2))
+    told = Told()._replace(**{name: odd})
+    for _ in range(round(1.2 / DT)):
+        hover.halves.look(told, hover.frame(), hover.reference)
+        hover.halves.act(HOVER if name != "late" else None)
+    assert list(TABLE.modes)[int(hover.halves.mode)] == ends
+
+
 def test_poses_that_do_not_differ_by_a_bit_are_none_whatever_their_stamps_say() -> None:
     hover = Hover()
     hover.modes(every(2))

@@ -99,9 +99,8 @@ def fly(
         print(*(one.line for one in found), sep="\n")
         return 0 if all(one.fine for one in found) else 1
     folder = new_folder(out, "-".join(filter(None, (stem(experiment), stem(controller or ""), *chosen))))
-    from skylimb.control.supervisor.limits import Limits
-
-    limits = None if overruns is None else Limits(overruns=overruns)
+    if overruns is not None:
+        settings = {**settings, "supervisor.overruns": overruns}
     from skylimb.analysis.exchange.recorder import recording
 
     def flown(recorder: FlightRecorder | None) -> ClockedFlight:
@@ -114,14 +113,14 @@ def fly(
                 from skylimb.flight.realtime.fly_on_clock import fly_on_clock
 
                 return fly_on_clock(
-                    experiment, controller, set=settings, limits=limits, progress=report,
+                    experiment, controller, set=settings, progress=report,
                     calibration=calibration, recorder=recorder,
                 )  # fmt: skip
             from skylimb.flight.realtime.fly_robot import fly_robot
 
             with closing(UdpLink(address_of(listen, anywhere), address_of(udp, anywhere))) as link:
                 return fly_robot(
-                    link, experiment, controller, settings, limits, progress=report,
+                    link, experiment, controller, settings, progress=report,
                     calibration=calibration, recorder=recorder, start=start,
                 )  # fmt: skip
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 from skylimb.base.keys import Key, configuration
+from skylimb.base.rotations import rotation_from_quaternion
 from skylimb.control.estimation.records import Measurement
 from skylimb.symbolic import Array, abs, dot, stack, where, within
 
@@ -41,7 +42,12 @@ class Gates:
     jump_turn: Annotated[float, Key("rad", "the same of the attitude", above=0.0, high=10.0)] = 0.2
     relock_after: Annotated[
         float,
-        Key("s", "of poses that agree with one another, after which a jump is believed", low=0.0, high=60.0),
+        Key(
+            "s",
+            "of poses that agree, after which a jump is believed that does not tilt the robot",
+            low=0.0,
+            high=60.0,
+        ),
     ] = 0.2
     relock_within: Annotated[
         float, Key("m", "greatest jump that is believed, of a prediction of now", low=0.0, high=1e3)
@@ -104,9 +110,13 @@ def relocked(
     """
     way = seen.position - predicted.position
     agrees = within(pose_fault(gates, seen, before, 0.0, 1.0), 0.0, 0.5) * within(fault, JUMP, JUMP)
-    agrees = agrees * within(dot(way, way), 0.0, (gates.relock_within + gates.drift * unseen) ** 2)
+    near = within(dot(way, way), 0.0, (gates.relock_within + gates.drift * unseen) ** 2)
+    # A capture that is set up anew may turn the heading. What is upright it does not change.
+    turned = gates.jump_turn + gates.drift_turn * (unseen - strange)
+    axes = (rotation_from_quaternion(each.quaternion)[:, 2] for each in (seen, predicted))
+    near = near * within(dot(*axes), 1.0 - 0.5 * turned**2, BEYOND)
     strange = where(agrees > 0.5, strange + dt, 0.0)
-    return where(strange > gates.relock_after, 0.0, fault), strange
+    return where(near * over(strange, gates.relock_after) > 0.5, 0.0, fault), strange
 
 
 def angle_fault(gates: Any, ways: Array) -> Any:

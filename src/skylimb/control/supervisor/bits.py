@@ -11,8 +11,9 @@ from skylimb.control.supervisor.belief import Belief
 from skylimb.control.supervisor.descents import Descents
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Watch
+from skylimb.control.supervisor.retreat import DESCENT
 from skylimb.control.supervisor.table import DESCEND
-from skylimb.symbolic import norm, where, within
+from skylimb.symbolic import max, norm, where, within
 
 
 def bits_of(limits: Limits, descents: Descents, watch: Watch, belief: Belief) -> dict[str, Any]:
@@ -29,6 +30,7 @@ def bits_of(limits: Limits, descents: Descents, watch: Watch, belief: Belief) ->
     blind = clocks.unseen - belief.speaks * limits.imu_for
     unseen = over(clocks.unseen, limits.retreat_after) * watch.started
     fresh = within(belief.stale, 0.0, 0.5) * watch.started
+    way = max(watch.asked.position[2] - limits.floor, 0.0)
     # Of the link that is measured: {C} turns with the vectoring angles, far where a rotor is lost.
     lean = norm(belief.measurement.quaternion[1:3])  # sine of half its angle
     return {
@@ -47,7 +49,7 @@ def bits_of(limits: Limits, descents: Descents, watch: Watch, belief: Belief) ->
         "deaf": over(clocks.unheard, limits.deaf_after) * watch.started,
         "silent": over(clocks.without, float(limits.overruns)),
         "late": where(over(told.late, 0.5) + over(clocks.without, 0.0) > 0.5, 1.0, 0.0),
-        "spent": over(clocks.mode, limits.descend_for) * within(watch.mode, DESCEND, DESCEND),
+        "spent": over(clocks.mode - way / DESCENT, limits.descend_for) * within(watch.mode, DESCEND, DESCEND),
         # How far a pose leans that is the model's is nothing to stop rotors for.
         "upset": over(lean, sin(0.5 * limits.upset_at)) * fresh,
     }

@@ -4,8 +4,18 @@ from __future__ import annotations
 
 from typing import Annotated
 
+from skylimb.base.errors import ConfigError
 from skylimb.base.keys import Key, configuration
 from skylimb.control.estimation.gates import Gates
+
+_ORDER = (
+    ("stale_after", "retreat_after"),
+    ("frozen_after", "retreat_after"),
+    ("hold_for", "retreat_after"),
+    ("retreat_after", "cut_after"),
+    ("lossy", "dead"),
+)
+"""Keys of which the first is not greater than the second."""
 
 
 @configuration
@@ -51,7 +61,7 @@ class Limits(Gates):
         Key(
             "s",
             "without anything new of an IMU that the controller goes by, after which the reserve flies",
-            low=0.0,
+            above=0.0,
             high=60.0,
         ),
     ] = 0.1
@@ -98,12 +108,29 @@ class Limits(Gates):
             "tilt of the measured link against the vertical beyond which the robot has tipped over, and the "
             "rotors stop",
             above=0.0,
-            high=3.14,
+            high=1.57,
         ),
     ] = 0.7
-    descend_for: Annotated[float, Key("s", "greatest length of a descent", above=0.0, high=600.0)] = 10.0
+    descend_for: Annotated[
+        float,
+        Key(
+            "s",
+            "by which a descent may take longer than its way to `floor` at 0.3 m/s; the rotors stop then",
+            above=0.0,
+            high=600.0,
+        ),
+    ] = 6.0
     floor: Annotated[
         float, Key("m", "height of the centre of gravity at which a retreat ends", low=-1e3, high=1e3)
     ] = 0.0
     latency: Annotated[float, Key("s", "assumed age of a measurement", low=0.0, high=0.07)] = 0.015
     rotor_lag: Annotated[float, Key("s", "assumed lag of the rotors", above=0.0, high=1.0)] = 0.05
+
+    def check(self) -> None:
+        """Raise a `ConfigError` where the supervisor would act in another order than its table does."""
+        for first, then in _ORDER:
+            if not getattr(self, first) <= getattr(self, then):
+                raise ConfigError(
+                    f"supervisor.{first} = {getattr(self, first):g} must be at most "
+                    f"supervisor.{then} = {getattr(self, then):g}"
+                )

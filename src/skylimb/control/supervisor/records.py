@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skylimb.base.packing import Layout
-from skylimb.control.estimation.gates import numbers
+from skylimb.control.estimation.gates import numbers, over
 from skylimb.control.estimation.lateness import Lateness
 from skylimb.control.estimation.prediction import Prediction, initial_prediction
 from skylimb.control.estimation.records import BodyState, Measurement, zero_measurement
@@ -16,7 +16,7 @@ from skylimb.control.estimation.servos import Servos, initial_servos
 from skylimb.control.missions.reference import Reference, zero_reference
 from skylimb.control.records import Command
 from skylimb.robots.model import Robot
-from skylimb.symbolic import Array
+from skylimb.symbolic import Array, within
 
 MOST = 1e12
 """No number that is remembered is larger, but for those of a memory that somebody wrote into."""
@@ -149,5 +149,8 @@ def initial_watch(robot: Robot, imu: bool = False) -> Watch:
 def sound(robot: Robot, watch: Watch) -> Watch:
     """What is remembered; numbers of a memory that was spoilt begin anew."""
     first = initial_watch(robot, watch.before.imu is not None)
-    memory = Layout(first)
-    return memory.unpack(numbers(memory.pack(watch), memory.pack(first), MOST))
+    memory, told = Layout(first), watch.told
+    found = memory.unpack(numbers(memory.pack(watch), memory.pack(first), MOST))
+    # What is told is no memory: a number that is none tells of nothing new, and stops the motors.
+    new = (within(one, 0.5, MOST) for one in (told.pose, told.joints))
+    return found._replace(told=Told(*new, *(over(one, 0.5) for one in (told.late, told.land, told.stop))))
