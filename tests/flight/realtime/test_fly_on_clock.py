@@ -102,3 +102,18 @@ def test_the_command_says_how_it_went(
     assert (tmp_path / "out" / "log.nc").is_file()
     assert main(["fly", "paper"]) == 2
     assert "fly needs one of --realtime" in capsys.readouterr().err
+
+
+def test_overruns_of_the_command_line_leave_the_other_limits(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    on_it = functools.partial(fly_on_clock, pacer=FakeTime().pacer)
+    monkeypatch.setattr("skylimb.flight.realtime.fly_on_clock.fly_on_clock", on_it)
+    words = [*(f"{key}={value}" for key, value in HOLD.items()), "supervisor.upset_at=0.0001"]
+    out = tmp_path / "out"
+    given = ["fly", "paper", "--realtime", "--overruns", "50", "--set", *words, "--out", str(out)]
+    assert main(given) == 1  # every pose leans by more than that
+    assert "NORMAL -> CUT: upset" in capsys.readouterr().err
+    config = (out / "config.toml").read_text(encoding="utf-8")
+    assert "overruns = 50" in config
+    assert "upset_at = 0.0001" in config
