@@ -39,22 +39,17 @@ RIGHT, WRONG, OTHER = "#0072B2", "#D55E00", "#8C6D00"
 _PENDING = 1.6
 
 
-def fly_errata(changes: Mapping[str, Any] | None = None) -> dict[str, Run]:
-    """The flights of the figure.
-
-    Args:
-        changes: dotted keys of the experiment and new values, for all of them.
-    """
-    robot, given = load_robot("hydrus_xi_quad"), dict(changes or {})
-    hover = {**given, **HOVER}
+def fly_errata() -> dict[str, Run]:
+    """The flights of the figure."""
+    robot = load_robot("hydrus_xi_quad")
     return {
-        "lift": run("paper", "impedance", set=hover),
-        "lift as printed": run("paper", impedance_with_mass_times_force(robot), set=hover),
-        "arm": run("paper", "hybrid", set=given),
-        "arm, eq:admittance control": run("paper", hybrid_with(admittance_as_printed, robot), set=given),
-        "arm, eq:difference method1": run("paper", hybrid_with(difference_as_printed, robot), set=given),
-        "velocities sent": run("paper", "impedance", set={**given, "trajectory.feedforward": "velocity"}),
-        "positions sent": run("paper", "impedance", set=given),
+        "lift": run("paper", "impedance", set=HOVER),
+        "lift as printed": run("paper", impedance_with_mass_times_force(robot), set=HOVER),
+        "arm": run("paper", "hybrid"),
+        "arm, eq:admittance control": run("paper", hybrid_with(admittance_as_printed, robot)),
+        "arm, eq:difference method1": run("paper", hybrid_with(difference_as_printed, robot)),
+        "velocities sent": run("paper", "impedance", set={"trajectory.feedforward": "velocity"}),
+        "positions sent": run("paper", "impedance"),
     }
 
 
