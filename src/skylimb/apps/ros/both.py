@@ -16,7 +16,7 @@ from skylimb.apps.ros.messages import Arrived, Outgoing, published
 from skylimb.apps.ros.piloted import Piloted
 from skylimb.apps.ros.profile import PendingRun
 from skylimb.apps.ros.tick import Received, Tick
-from skylimb.control.estimation.records import Measurement
+from skylimb.control.estimation.records import Measurement, Taken
 from skylimb.control.loop.flight import unfinished
 from skylimb.flight.realtime.pacer import stepped
 from skylimb.flight.simulated_run import scored_run
@@ -69,8 +69,8 @@ class Both(Piloted):
         self.plant.enable(self._torque)
         yield from ()
 
-    def _measured(self, now: float) -> tuple[Measurement, float]:
-        return self.plant.measure(), now
+    def _measured(self, now: float) -> tuple[Measurement, Taken]:
+        return self.plant.measure(), Taken(now, now)
 
     def _acknowledged(self, received: Received) -> int | None:
         """What was commanded: a simulated flight controller obeys at once."""

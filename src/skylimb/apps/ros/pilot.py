@@ -20,7 +20,7 @@ from skylimb.apps.ros.targets import Form, RefusedError, Shape, Target
 from skylimb.apps.ros.tick import Inputs, Received, Tick
 from skylimb.apps.ros.transitions import advance
 from skylimb.base.errors import unknown_name
-from skylimb.control.estimation.records import Measurement
+from skylimb.control.estimation.records import Measurement, Taken
 from skylimb.control.missions.reference import Reference
 from skylimb.control.records import Command
 from skylimb.flight.realtime.preflight import Check, Measured, checks
@@ -60,7 +60,7 @@ class Pilot:
         self._believed = -np.inf
         self._radio = np.inf
         self._foreign: tuple[str, ...] = ()
-        self._now: tuple[Inputs, Body | None] = Inputs(0.0, None, -np.inf), None
+        self._now: tuple[Inputs, Body | None] = Inputs(0.0, None, Taken()), None
         self._form = flyer.references.place_of(flyer.first).form
         if flyer.references.plans:
             _ = flyer.references.least  # what plans is made here: it takes longer than a tick of a flight
@@ -96,7 +96,9 @@ class Pilot:
     def checks(self) -> list[Check]:
         """What is looked at before a flight, as it stands at the last tick."""
         inputs, body = self._now
-        measured = Measured(body, inputs.ages, inputs.offsets, self._battery, self._foreign)
+        # Angles may come and be none, while the pose is known by those that were believed last.
+        believed = {} if body is None else {"joint angles": inputs.now - inputs.taken.joints}
+        measured = Measured(body, {**inputs.ages, **believed}, inputs.offsets, self._battery, self._foreign)
         return [*checks(self.flyer.desk, measured, self.flyer.limits)]
 
     @property
@@ -107,10 +109,10 @@ class Pilot:
 
     def _body(self, inputs: Inputs) -> Body | None:
         """Where the robot is, if that is known and fresh."""
-        self._watch.judge(inputs.measurement, inputs.taken)
+        self._watch.judge(inputs.measurement, inputs.taken.pose)
         good = self._watch.good
         if good is not None and good is inputs.measurement:
-            self._believed = inputs.taken
+            self._believed = inputs.taken.pose
         # A pose that comes and is not believed makes the one before it no fresher.
         return None if good is None or inputs.now - self._believed > FRESH else self._bodies.of(good)
 

@@ -90,7 +90,7 @@ def fly_robot(
     clock = pacer or Pacer(plan.period)
     guard = guarded_controller(plan, clock, limits)
     vehicle = RemoteVehicle(
-        plan.robot, link, clock.clock, lambda time: guard.taken(time - clock.started), plan.needs.imu
+        plan.robot, link, clock.clock, lambda time: guard.taken(*[time - clock.started] * 2), plan.needs.imu
     )
     told = unprotected(plan.robot, plan.needs.vectoring, limits or plan.experiment.supervisor)
     look = Look(plan.robot, vehicle, clock, start or StartLimits(), calibration, patience, told)
