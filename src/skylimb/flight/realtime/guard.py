@@ -46,6 +46,7 @@ class GuardedController:
         flown: the reference that was flown last: the mission's, or that of the retreat.
         counts: how often each fault was met.
         failed: what the controller raised first, in words; empty while it has not.
+        sees: whether the pose of the last tick was a measured one.
     """
 
     def __init__(
@@ -64,7 +65,7 @@ class GuardedController:
         self._taken: tuple[float | None, float | None] = None, None
         self._last = Taken()
         self.flown: Reference | None = None
-        self.counts, self.failed = Faults(), ""
+        self.counts, self.failed, self.sees = Faults(), "", False
 
     @property
     def mode(self) -> str:
@@ -205,11 +206,9 @@ class GuardedController:
         for fault in {FAULTS[int(number)] for number in halves.sight.faults} - {""}:
             self.counts.note("guard", fault)
         bits = dict(zip(TABLE.bits, halves.sight.bits, strict=True))
-        for name, words in (
-            ("stale", "too old"),
-            ("blind", "too old for long"),
-            ("numb", "no angles for long"),
-        ):
+        self.sees = bool(bits["stale"] < 0.5)
+        told = {"stale": "too old", "blind": "too old for long", "numb": "no angles for long"}
+        for name, words in told.items():
             if bits[name] > 0.5:
                 self.counts.note("guard", words)
         mode, before = int(halves.mode), self.mode

@@ -70,8 +70,12 @@ class Look:
 
     def outside(self, driver: FreeDriver, k: int) -> str:
         """How the robot was beyond the fence at tick `k`; empty where it was not, or nobody knows."""
+        place = self.place(driver, k)
+        outside = "" if place is None else self._limits.outside(place)
+        return outside and f"beyond the fence: {outside}"
+
+    def place(self, driver: FreeDriver, k: int) -> np.ndarray | None:
+        """Its centre of gravity at tick `k` as measured, W, m, (3,); None where that is no number."""
         row, places = driver.log[k], driver.layout.slices
         seen = [row[places[name]] for name in MEASURED[:6]]
-        known = bool(np.isfinite(np.hstack(seen)).all())
-        outside = self._limits.outside(self._bodies.of(seen).cog) if known else ""
-        return outside and f"beyond the fence: {outside}"
+        return self._bodies.of(seen).cog if np.isfinite(np.hstack(seen)).all() else None
