@@ -266,6 +266,14 @@ def test_a_robot_that_is_not_ready_is_not_flown_and_says_why() -> None:
         assert words in str(refused.value)
 
 
+def test_a_robot_whose_imu_is_wrong_is_not_flown() -> None:
+    def upside_down(fields: dict[str, Any]) -> None:
+        fields |= {"imu_angular_velocity": (0.0, 0.0, 0.0), "imu_specific_force": (0.0, 0.0, -9.81)}
+
+    with pytest.raises(ConfigError, match=r"nothing is flown: IMU's force: 19\.\d m/s\^2 beside gravity"):
+        flown(spoil=upside_down)
+
+
 def test_a_check_commands_nothing(capsys: pytest.CaptureFixture[str]) -> None:
     robot = UdpLink(("127.0.0.1", 0))
     host, port = robot.address

@@ -40,7 +40,8 @@ class Both(Piloted):
 
     def __init__(self, takeoff: Takeoff, flyer: Flyer) -> None:
         self.plant = GroundedPlant(takeoff)
-        super().__init__(replace(flyer, pacer=stepped(flyer.period)), self.plant.layout)
+        flyer = replace(flyer, pacer=stepped(flyer.period), tells_battery=False)
+        super().__init__(flyer, self.plant.layout)
         self._pacer.start()
         self._begun: float | None = None
         self._torque = np.ones(flyer.robot.n_joints + flyer.robot.n_vectoring)
