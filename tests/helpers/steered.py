@@ -17,7 +17,7 @@ from skylimb.apps.ros.grounded import GroundedPlant
 from skylimb.apps.ros.pilot import Pilot
 from skylimb.apps.ros.states import FlightState, Order
 from skylimb.apps.ros.tick import Inputs, Received, Tick
-from skylimb.control.estimation.records import Measurement
+from skylimb.control.estimation.records import Measurement, Taken
 from skylimb.flight.realtime.clocked_flight import compiled
 from skylimb.flight.realtime.compiled_controller import CompiledController
 from skylimb.flight.realtime.pacer import stepped
@@ -89,7 +89,7 @@ class Steered:
         acknowledged = int(arming) if arming is not None and self.acknowledges else None
         received = received or Received(orders, requests, mission, battery=self.battery)
         received = dataclasses.replace(received, acknowledged=acknowledged)
-        tick = self.pilot.tick(Inputs(now, self._measurement, self._taken, received))
+        tick = self.pilot.tick(Inputs(now, self._measurement, Taken(self._taken, self._taken), received))
         self.rows.append(self.plant.record(self._measurement or measured, tick.command).copy())  # type: ignore[arg-type]
         self.plant.apply(tick.driven)
         self.k += 1

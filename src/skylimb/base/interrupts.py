@@ -24,6 +24,22 @@ def answering(numbers: Iterable[int], answer: Callable[[int, FrameType | None], 
             signal.signal(number, earlier)
 
 
+@contextmanager
+def answering_first(
+    numbers: Iterable[int], answer: Callable[[int, FrameType | None], object]
+) -> Iterator[None]:
+    """Let a function answer the first of these signals; those after it are answered as they were before."""
+    before = {number: signal.getsignal(number) for number in numbers}
+
+    def first(number: int, frame: FrameType | None) -> None:
+        for one, earlier in before.items():
+            signal.signal(one, earlier)
+        answer(number, frame)
+
+    with answering(before, first):
+        yield
+
+
 def solved(solver: Any) -> bool:
     """Whether the last call of a nonlinear solver (a `casadi.Function` by IPOPT) found something.
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 from skylimb.analysis.exchange.convert import read_log
 from skylimb.analysis.exchange.frames import lab_link
@@ -79,9 +80,10 @@ def node(
     return Node(both, bridge, pacer, said.append, recorder=recorder), both, said
 
 
-def test_ctrl_c_lands_before_it_ends(tmp_path: Path) -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_who_ends_it_lands_it_first(number: signal.Signals, tmp_path: Path) -> None:
     def interrupt() -> None:
-        os.kill(os.getpid(), signal.SIGINT)
+        os.kill(os.getpid(), number)
 
     carrier = Carrier({2: ["teleop_command/start"], 20: ["teleop_command/takeoff"], 1300: interrupt}, 6000)
     recorder = FlightRecorder(tmp_path)

@@ -60,7 +60,7 @@ def test_what_the_sensors_show_becomes_what_was_measured() -> None:
         hear(sensors, value, 0.0, topic.name)
     found, taken = sensors.measurement(0.0, PSI)
     assert found is not None
-    assert taken == 0.0
+    assert taken == (0.0, 0.0)
     for name in ("position", "quaternion", "angular_velocity", "joint_angles", "vectoring_angles"):
         np.testing.assert_allclose(getattr(found, name), getattr(measured, name), atol=1e-9, err_msg=name)
 
@@ -74,13 +74,13 @@ def test_the_velocity_is_that_of_the_measured_link() -> None:
     found, taken = sensors.measurement(2.0, PSI)
     assert found is not None
     np.testing.assert_allclose(found.velocity, [0.5, 0.0, 0.0], atol=1e-6)
-    assert taken == pytest.approx(1.99)
+    assert taken == pytest.approx((1.99, 1.99))
 
 
 def test_nothing_is_measured_before_all_have_spoken() -> None:
     sensors = Sensors(ROBOT, LINK)
     hear(sensors, Pose(1.0, (0.0, 0.0, 1.0), LEVEL))
-    assert sensors.measurement(0.0, PSI) == (None, -math.inf)
+    assert sensors.measurement(0.0, PSI) == (None, (-math.inf, -math.inf))
 
 
 @pytest.mark.parametrize(
@@ -93,6 +93,9 @@ def test_nothing_is_measured_before_all_have_spoken() -> None:
         (Joints(1.1, ("joint1", "joint2"), (0.0, 0.0)), "wrong joint names"),
         (Joints(1.1, ("joint1", "joint1", "joint3"), (0.0, 0.0, 0.0)), "wrong size"),
         (Joints(1.1, ("joint1",), (0.0, 0.0)), "wrong size"),
+        (Joints(1.1, NAMES.joints, (math.inf, 0.0, 0.0)), "no angle"),
+        (Joints(1.1, NAMES.joints, (0.0, math.nan, 0.0)), "no angle"),
+        (Joints(1.1, ALL.names, (*Q.tolist(), 0.0, 0.0, 11.0, 0.0)), "no angle"),
     ],
 )
 def test_odd_messages_are_counted_and_change_nothing(value: Any, fault: str) -> None:
@@ -112,7 +115,7 @@ def test_odd_messages_are_counted_and_change_nothing(value: Any, fault: str) -> 
     [
         Pose(1.1, (0.0, 0.0, 1.0), (0.0, 0.0, 0.0, 0.0)),
         Pose(1.1, (0.0, 0.0, 1.0), (math.nan, 0.0, 0.0, 1.0)),
-        Joints(1.1, NAMES.joints, (math.inf, 0.0, 0.0)),
+        Imu(1.1, (math.nan, 0.0, 0.0)),
     ],
 )
 def test_what_is_no_pose_is_left_to_the_watchdog(value: Any) -> None:
@@ -134,11 +137,18 @@ def test_joints_without_names_and_gimbals_that_nobody_measures() -> None:
     np.testing.assert_array_equal(found.vectoring_angles, PSI + 0.25)
 
 
-def test_old_joints_make_an_old_measurement() -> None:
+def test_an_old_gyro_makes_an_old_pose_and_old_joints_do_not() -> None:
+    """Rates are the gyro's; the pose is known with the angles that were believed last."""
     sensors = ready_sensors()
     hear(sensors, Pose(1.6, (0.0, 0.0, 1.0), LEVEL), 0.6)
-    assert sensors.measurement(0.6, PSI)[1] == 0.0
-    assert sensors.counts["imu or joint_states too old"] == 1
+    assert sensors.measurement(0.6, PSI)[1] == (0.0, 0.0)
+    assert sensors.counts == {"imu too old": 1, "joint angles too old": 1}
+    hear(sensors, Imu(1.6, (0.0, 0.0, 0.0)), 0.6)
+    found, taken = sensors.measurement(0.6, PSI)
+    assert found is not None
+    assert taken == pytest.approx((0.6, 0.0))
+    np.testing.assert_array_equal(found.joint_angles, Q)
+    assert np.isfinite(found.position).all()
 
 
 def test_of_each_sensor_only_the_first_sender_counts() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
@@ -18,7 +19,7 @@ from skylimb.analysis.report.controller_replay import differences
 from skylimb.apps.cli.main import main
 from skylimb.base.errors import ConfigError, OutputError
 from skylimb.flight.realtime.fly_on_clock import ClockedFlight
-from skylimb.flight.realtime.fly_robot import fly_robot
+from skylimb.flight.realtime.fly_robot import ENDED, fly_robot
 from skylimb.flight.realtime.link import Datagram
 from skylimb.flight.realtime.pacer import Pacer
 from skylimb.flight.realtime.preflight import StartLimits
@@ -154,6 +155,66 @@ def test_a_robot_that_tilts_too_far_is_broken_off() -> None:
     assert over.run.log.retreating.values[-1] == 1.0
 
 
+@pytest.mark.parametrize("changes", [{"plant.thrust_scale": 1.1}, {"plant.mass_scale": 0.9}])
+def test_commands_go_on_until_a_robot_that_sinks_late_is_down(changes: dict[str, float]) -> None:
+    over, robot = flown(changes=changes)
+    assert over.run.status == "OK"
+    assert robot.position()[2] < 0.0
+
+
+def test_a_robot_that_is_broken_off_high_up_is_led_all_the_way_down() -> None:
+    """Its mission ends 0.6 m below the place where it is broken off."""
+    circle = {"trajectory.shape": "circle", "trajectory.radius": 0.3, "trajectory.period": 6.0}
+
+    def gone(k: int, robot: SimulatedRobot, far: End) -> None:
+        far.cut = 1013 <= k < 1143
+
+    over, robot = flown(before=gone, changes=circle)
+    assert over.run.cause == "broken off by the guard"
+    heights = over.run.log.root_position_measured.values[:, 2]
+    assert heights[np.argmax(over.run.log.retreating.values > 0.0)] > 1.3
+    assert robot.position()[2] < 0.0
+
+
+@pytest.mark.parametrize("scale", [0.92, 1.1])
+def test_on_the_ground_the_commands_stop_once_the_thrusts_are_low(scale: float) -> None:
+    stood: list[np.ndarray] = []
+
+    def ground(k: int, robot: SimulatedRobot, far: End) -> None:
+        data = robot._data
+        if stood or data.qpos[2] < 0.15:
+            stood.append(data.qpos[0:7].copy())
+            data.qpos[0:7], data.qvel[0:6] = stood[0], 0.0
+
+    over, _ = flown(before=ground, changes={"plant.thrust_scale": scale})
+    thrusts = over.run.log.thrusts_command.values.sum(axis=1)
+    assert over.run.status == "OK"
+    assert 100 < len(stood) < 2000
+    assert 0.5 * thrusts[100] < thrusts[-1] < 0.8 * thrusts[100]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_who_ends_it_lands_the_robot_and_a_second_time_stops_the_commands(number: signal.Signals) -> None:
+    def once(k: int, robot: SimulatedRobot, far: End) -> None:
+        if k == 100:
+            signal.raise_signal(number)
+
+    def twice(k: int, robot: SimulatedRobot, far: End) -> None:
+        if k in (100, 120):
+            signal.raise_signal(number)
+
+    before = signal.getsignal(number)
+    with pytest.warns(UserWarning, match="the robot is led back and down"):
+        over, robot = flown(before=once)
+    assert over.run.cause == ENDED
+    assert over.run.failed
+    assert robot.position()[2] < 0.05
+    assert signal.getsignal(number) == before
+    if number == signal.SIGINT:
+        with pytest.warns(UserWarning, match=ENDED), pytest.raises(KeyboardInterrupt):
+            flown(before=twice)
+
+
 def test_over_udp_on_the_wall_clock() -> None:
     robot = UdpLink(("127.0.0.1", 0))
     near = UdpLink(("127.0.0.1", 0), robot.address)
@@ -203,6 +264,14 @@ def test_a_robot_that_is_not_ready_is_not_flown_and_says_why() -> None:
         flown(spoil=rolled)
     for words in ("battery: 5 % (at least 10 %)", "robot: 5.000 kg as described, 4.1"):
         assert words in str(refused.value)
+
+
+def test_a_robot_whose_imu_is_wrong_is_not_flown() -> None:
+    def upside_down(fields: dict[str, Any]) -> None:
+        fields |= {"imu_angular_velocity": (0.0, 0.0, 0.0), "imu_specific_force": (0.0, 0.0, -9.81)}
+
+    with pytest.raises(ConfigError, match=r"nothing is flown: IMU's force: 19\.\d m/s\^2 beside gravity"):
+        flown(spoil=upside_down)
 
 
 def test_a_check_commands_nothing(capsys: pytest.CaptureFixture[str]) -> None:

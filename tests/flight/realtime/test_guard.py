@@ -161,6 +161,20 @@ def test_old_measurements_coast_then_descend_and_then_cut(
     assert flight.guard.mode == "CUT"
 
 
+def test_joint_angles_that_stop_are_not_the_poses_fault(flight: Flight, hovering: Make) -> None:
+    """The controller flies back by a good pose, with the angles that were believed last."""
+    modes: list[str] = []
+    for k in range(200):
+        flight.guard.taken(k * DT, min(k, 20) * DT)
+        flight.tick(hovering())
+        modes.append(flight.guard.mode)
+    broken = modes.index("RETREAT")
+    assert broken == pytest.approx(20 + 0.6 / DT, abs=1)
+    assert set(modes[:broken]) == {"NORMAL"}
+    assert set(modes[broken:]) == {"RETREAT"}
+    assert flight.guard.counts == {"no angles for long": 200 - broken}
+
+
 def test_a_fresh_measurement_ends_a_coast(robot: Robot, hovering: Make) -> None:
     flight = Flight(robot)
     for k in range(60):

@@ -17,16 +17,18 @@ from skylimb.apps.ros1.installation import described_mass
 from skylimb.apps.ros1.master import MasterWatch
 from skylimb.base.errors import ConfigError
 from skylimb.base.rotations import rotation_from_rpy
+from skylimb.control.estimation.records import Imu
 from skylimb.control.supervisor.descents import unprotected
 from skylimb.control.supervisor.limits import Limits
 from skylimb.flight.realtime.preflight import Desk, Measured, StartLimits, checks, fence_of
+from skylimb.flight.realtime.resting_imu import ImuOff, RestingImu
 
 LIMITS = StartLimits(fence=((-2.0, 2.0), (-1.0, 1.0), (0.0, 3.0)))
 I3, Z3 = np.eye(3), np.zeros(3)
 STANDS = Body(np.array([0.1, 0.2, 0.3]), Z3, I3, Z3, Z3, Z3, I3, Z3, Z3, I3)
 DESK = Desk((4.1, 4.12), 2.0, 5e9)
 AGES, OFFSETS = {"mocap/pose": 0.01, "imu": 0.005}, {"mocap/pose": -0.02, "imu": 0.001}
-SOUND = Measured(STANDS, AGES, OFFSETS, 80.0)
+SOUND = Measured(STANDS, AGES, OFFSETS, 80.0, imu=ImuOff(0.3, 0.01))
 
 
 def failed(desk: Desk = DESK, measured: Measured = SOUND) -> list[str]:
@@ -37,8 +39,8 @@ def test_a_robot_that_is_ready_passes_every_check() -> None:
     found = list(checks(DESK, SOUND, LIMITS))
     assert failed() == []
     assert [one.name for one in found] == [
-        "attitude", "motion", "fence", "age of mocap/pose", "age of imu", "clock of mocap/pose",
-        "clock of imu", "battery", "publishers of commands", "disk", "age of the calibration", "robot",
+        "attitude", "motion", "fence", "IMU's force", "IMU's turning", "age of mocap/pose", "age of imu",
+        "clock of mocap/pose", "clock of imu", "battery", "publishers of commands", "disk", "age of the calibration", "robot",
     ]  # fmt: skip
     assert [one.name for one in checks(Desk(), Measured(STANDS), LIMITS)] == [
         "attitude", "motion", "fence", "publishers of commands", "disk",
@@ -69,6 +71,10 @@ def test_rotors_that_cannot_be_lost_are_named_and_refuse_nothing() -> None:
         ({"offsets": {**OFFSETS, "imu": -0.2}}, "clock of imu: 0.2 s beside ours"),
         ({"offsets": {**OFFSETS, "imu": np.nan}}, "clock of imu: nan s"),
         ({"battery": 9.0}, "battery: 9 %"),
+        ({"battery": np.nan}, "battery: not known (at least 10 %)"),
+        ({"imu": ImuOff(19.6, 0.0)}, "IMU's force: 19.6 m/s^2 beside gravity"),
+        ({"imu": ImuOff(np.nan, 0.0)}, "IMU's force: nan m/s^2"),
+        ({"imu": ImuOff(0.1, 0.2)}, "IMU's turning: 0.2 rad/s beside the robot's"),
         (
             {"foreign": ("/base on /hydrus_xi/four_axes/command",)},
             "publishers of commands: /base",
@@ -91,6 +97,27 @@ def test_what_is_measured_is_refused_by_its_name(change: dict[str, Any], words: 
 def test_what_lies_on_the_desk_is_refused_by_its_name(change: dict[str, Any], words: str) -> None:
     (found,) = failed(replace(DESK, **change))
     assert found.startswith(words)
+
+
+@pytest.mark.parametrize(
+    ("force", "gyro", "off"),
+    [
+        ((0.0, 0.0, 9.81), (0.0, 0.01, 0.0), (0.0, 0.01)),
+        ((0.0, 0.0, -9.81), (0.0, 0.0, 0.0), (19.62, 0.0)),
+        ((0.0, 0.0, 1.0), (0.0, 0.3, 0.0), (8.81, 0.3)),
+        ((9.81, 0.0, 0.0), (0.0, 0.0, 0.0), (13.87, 0.0)),
+        ((np.nan, 0.0, 9.81), (0.0, 0.0, 0.0), (np.nan, 0.0)),
+    ],
+)
+def test_a_wrong_sign_unit_or_axis_of_an_imu_shows_on_the_ground(force: Any, gyro: Any, off: Any) -> None:
+    """By the attitude that another sensor shows; one knock says nothing."""
+    R = np.asarray(rotation_from_rpy(0.1, -0.05, 1.0))
+    imu = RestingImu(9.81)
+    assert imu.off is None
+    for k in range(40):
+        knock = 100.0 * (k % 9 == 0)
+        imu.take(R, Z3, Imu(np.array(gyro) + knock, R.T @ (np.array(force) + knock)))
+    assert imu.off == pytest.approx(off, abs=0.01, nan_ok=True)
 
 
 def test_a_fence_is_six_numbers_that_rise() -> None:

@@ -210,7 +210,7 @@ class Airborne:
                 self._rise(now, body, said)
         reference, script = self._lead(now, body, said)
         measurement = inputs.measurement or nothing_measured(self._flyer.robot, self._flyer.plan.needs.imu)
-        self._guard.taken(inputs.taken)
+        self._guard.taken(*inputs.taken)
         state, command, signals = self._guard.step(
             self._gains, self.state, measurement, reference, self._flyer.period
         )

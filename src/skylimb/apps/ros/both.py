@@ -16,7 +16,7 @@ from skylimb.apps.ros.messages import Arrived, Outgoing, published
 from skylimb.apps.ros.piloted import Piloted
 from skylimb.apps.ros.profile import PendingRun
 from skylimb.apps.ros.tick import Received, Tick
-from skylimb.control.estimation.records import Measurement
+from skylimb.control.estimation.records import Measurement, Taken
 from skylimb.control.loop.flight import unfinished
 from skylimb.flight.realtime.pacer import stepped
 from skylimb.flight.simulated_run import scored_run
@@ -40,7 +40,8 @@ class Both(Piloted):
 
     def __init__(self, takeoff: Takeoff, flyer: Flyer) -> None:
         self.plant = GroundedPlant(takeoff)
-        super().__init__(replace(flyer, pacer=stepped(flyer.period)), self.plant.layout)
+        flyer = replace(flyer, pacer=stepped(flyer.period), tells_battery=False)
+        super().__init__(flyer, self.plant.layout)
         self._pacer.start()
         self._begun: float | None = None
         self._torque = np.ones(flyer.robot.n_joints + flyer.robot.n_vectoring)
@@ -69,8 +70,8 @@ class Both(Piloted):
         self.plant.enable(self._torque)
         yield from ()
 
-    def _measured(self, now: float) -> tuple[Measurement, float]:
-        return self.plant.measure(), now
+    def _measured(self, now: float) -> tuple[Measurement, Taken]:
+        return self.plant.measure(), Taken(now, now)
 
     def _acknowledged(self, received: Received) -> int | None:
         """What was commanded: a simulated flight controller obeys at once."""

@@ -146,8 +146,9 @@ class Bridge:
 
 
 def main(words: Sequence[str], connect: Callable[..., Connection]) -> None:
-    """Be the process that a `Bridge` starts, until either end is gone; Ctrl-C is left to the flight."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """Be the process that a `Bridge` starts, until either end is gone; signals are left to the flight."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
     pipe, middleware = Pipe(socket.socket(fileno=int(words[0]))), connect(*json.loads(words[1]))
     due = time.monotonic()
     while not middleware.gone and not pipe.closed:

@@ -20,7 +20,7 @@ from skylimb.apps.ros.sensors import Sensors
 from skylimb.apps.ros.states import FlightState
 from skylimb.apps.ros.tick import Tick
 from skylimb.base.rotations import rot_z, rpy_from_rotation
-from skylimb.control.estimation.records import Measurement
+from skylimb.control.estimation.records import Measurement, Taken
 from skylimb.control.loop.vehicle import measured_layout
 
 
@@ -56,7 +56,7 @@ class Controlled(Piloted):
             numbers = bytes(servos.counts(dict.fromkeys(names, 0.0)))
             yield Outgoing(topics.SERVO_TORQUE, ServoTorques(numbers, bytes([on] * len(numbers))))
 
-    def _measured(self, now: float) -> tuple[Measurement | None, float]:
+    def _measured(self, now: float) -> tuple[Measurement | None, Taken]:
         return self._sensors.measurement(now, self._vectoring)
 
     def _recorded(self, measured: Measurement, tick: Tick) -> np.ndarray:

@@ -43,6 +43,7 @@ class Flyer:
         namespace: of the lab's frames.
         desk: what was found before take-off.
         dialect: how it speaks.
+        tells_battery: whether somebody has to say how full the battery is before a flight begins.
     """
 
     plan: FlightPlan
@@ -56,6 +57,7 @@ class Flyer:
     namespace: str = NAMESPACE
     desk: Desk = field(default_factory=Desk)
     dialect: Dialect = LAB
+    tells_battery: bool = True
 
     @property
     def robot(self) -> Robot:

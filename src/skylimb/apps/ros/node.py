@@ -80,9 +80,16 @@ class Node:
         return self._profile.faults + self._bridge.faults + kept
 
     def spin(self) -> None:
-        """Tick until there is nobody to talk to; Ctrl-C lands first, a second one ends it."""
+        """Tick until there is nobody to talk to; Ctrl-C lands first, a second one ends it.
+
+        So does the end that the system asks for.
+        """
         try:
-            with answering([signal.SIGINT], self._interrupted), without_timer(), without_garbage():
+            with (
+                answering([signal.SIGINT, signal.SIGTERM], self._interrupted),
+                without_timer(),
+                without_garbage(),
+            ):
                 self._pacer.start(self._pacer.period)
                 k = 0
                 while not self._done():

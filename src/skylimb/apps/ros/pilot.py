@@ -20,10 +20,11 @@ from skylimb.apps.ros.targets import Form, RefusedError, Shape, Target
 from skylimb.apps.ros.tick import Inputs, Received, Tick
 from skylimb.apps.ros.transitions import advance
 from skylimb.base.errors import unknown_name
-from skylimb.control.estimation.records import Measurement
+from skylimb.control.estimation.records import Measurement, Taken
 from skylimb.control.missions.reference import Reference
 from skylimb.control.records import Command
 from skylimb.flight.realtime.preflight import Check, Measured, checks
+from skylimb.flight.realtime.resting_imu import RestingImu
 from skylimb.flight.realtime.watchdog import Watchdog
 
 FRESH = 0.1
@@ -55,12 +56,15 @@ class Pilot:
         )
         self.flying = Flying()
         self.flight: Airborne | None = None
+        # What the IMU says is known in the axes of the link that is seen.
+        self._has_imu = robot.description.imu.link == flyer.link
+        self._imu = RestingImu(robot.description.gravity)
         self._counts: Counter[str] = Counter()
         self._battery: float | None = None
         self._believed = -np.inf
         self._radio = np.inf
         self._foreign: tuple[str, ...] = ()
-        self._now: tuple[Inputs, Body | None] = Inputs(0.0, None, -np.inf), None
+        self._now: tuple[Inputs, Body | None] = Inputs(0.0, None, Taken()), None
         self._form = flyer.references.place_of(flyer.first).form
         if flyer.references.plans:
             _ = flyer.references.least  # what plans is made here: it takes longer than a tick of a flight
@@ -72,6 +76,7 @@ class Pilot:
         said, received = list[str](), inputs.received
         body = self._body(inputs)
         self._now = inputs, body
+        self._feel(inputs, body)
         self._advance(inputs, body, said)
         if self.flight is not None and self.flying.state == FlightState.HOVER and self.flight.steerable:
             self._lead(self.flight, inputs, said)
@@ -96,7 +101,11 @@ class Pilot:
     def checks(self) -> list[Check]:
         """What is looked at before a flight, as it stands at the last tick."""
         inputs, body = self._now
-        measured = Measured(body, inputs.ages, inputs.offsets, self._battery, self._foreign)
+        # Angles may come and be none, while the pose is known by those that were believed last.
+        believed = {} if body is None else {"joint angles": inputs.now - inputs.taken.joints}
+        battery = np.nan if self._battery is None and self.flyer.tells_battery else self._battery
+        ages = {**inputs.ages, **believed}
+        measured = Measured(body, ages, inputs.offsets, battery, self._foreign, self._imu.off)
         return [*checks(self.flyer.desk, measured, self.flyer.limits)]
 
     @property
@@ -107,12 +116,20 @@ class Pilot:
 
     def _body(self, inputs: Inputs) -> Body | None:
         """Where the robot is, if that is known and fresh."""
-        self._watch.judge(inputs.measurement, inputs.taken)
+        self._watch.judge(inputs.measurement, inputs.taken.pose)
         good = self._watch.good
         if good is not None and good is inputs.measurement:
-            self._believed = inputs.taken
+            self._believed = inputs.taken.pose
         # A pose that comes and is not believed makes the one before it no fresher.
         return None if good is None or inputs.now - self._believed > FRESH else self._bodies.of(good)
+
+    def _feel(self, inputs: Inputs, body: Body | None) -> None:
+        """Listen to the IMU of a robot that stands; one that says no force is none, unless it is flown by."""
+        imu = None if inputs.measurement is None else inputs.measurement.imu
+        if self.flight is not None or not self._has_imu or imu is None or body is None:
+            return
+        if self.flyer.plan.needs.imu or np.isfinite(imu.specific_force).all():
+            self._imu.take(body.R_W_link @ self.flyer.robot.description.imu.R, np.zeros(3), imu)
 
     def _advance(self, inputs: Inputs, body: Body | None, said: list[str]) -> None:
         """The flight states, and what begins and ends with them."""

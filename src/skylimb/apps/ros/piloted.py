@@ -23,7 +23,7 @@ from skylimb.apps.ros.sorting import MessageSorter
 from skylimb.apps.ros.states import FlightState
 from skylimb.apps.ros.tick import Inputs, Received, Tick
 from skylimb.base.packing import Layout
-from skylimb.control.estimation.records import Measurement
+from skylimb.control.estimation.records import Measurement, Taken
 
 
 class Piloted(ABC):
@@ -118,7 +118,7 @@ class Piloted(ABC):
         """What follows of a tick."""
 
     @abstractmethod
-    def _measured(self, now: float) -> tuple[Measurement | None, float]:
+    def _measured(self, now: float) -> tuple[Measurement | None, Taken]:
         """The measurement of now and when it was taken, s."""
 
     @abstractmethod

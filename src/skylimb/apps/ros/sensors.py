@@ -16,7 +16,7 @@ from skylimb.apps.ros.servos import Servos
 from skylimb.base.bound_function import ArrayFunction
 from skylimb.base.rotations import quaternion_from_rotation, rotation_from_quaternion
 from skylimb.control.estimation.gates import BEYOND
-from skylimb.control.estimation.records import ABSENT, Measurement
+from skylimb.control.estimation.records import ABSENT, Measurement, Taken
 from skylimb.control.estimation.records import Imu as Felt
 from skylimb.control.estimation.stamps import Stamps, believed, judged
 from skylimb.control.loop.vehicle import nothing_measured
@@ -30,7 +30,7 @@ LOW_PASS = 20.0
 """Hz, of the velocity that is made of stamped positions: the lab's own."""
 
 OLDEST = 0.5
-"""Seconds after which IMU or joint states count as missing."""
+"""Seconds after which IMU or joint angles count as missing."""
 
 _TURNED = 10.0
 """Radians that no joint turns by."""
@@ -41,7 +41,9 @@ class Sensors:
 
     The motion capture shows the lab's link. Its velocity is the difference of stamped positions, low pass.
     Its rates are the IMU's. Joints give the pose of the measured link, and their motion is taken off its
-    rates and velocity. Vectoring angles that nobody measures are the commanded ones.
+    rates and velocity. While no angles come that can be believed, those before them give it, and their age is
+    handed on: a robot that feels no joints still sees where it is. Vectoring angles that nobody measures are
+    the commanded ones.
 
     Args:
         robot: what flies.
@@ -92,24 +94,26 @@ class Sensors:
         elif isinstance(value, Joints):
             self._bend(taken, value, arrived.topic)
 
-    def measurement(self, now: float, commanded: np.ndarray) -> tuple[Measurement | None, float]:
-        """The measurement of now and when its pose was taken; None while something has never come or is old.
+    def measurement(self, now: float, commanded: np.ndarray) -> tuple[Measurement | None, Taken]:
+        """The measurement of now and when its parts were taken; None while something has never come.
 
         Args:
             now: the pacer's time, s.
             commanded: vectoring angles, which stand in for measured ones, rad.
         """
         if self._pose is None or self._imu is None or self._joints is None:
-            return None, -math.inf
-        taken, pose = self._pose
-        oldest = min(self._imu[0], self._joints[0])
-        if now - oldest > OLDEST:
-            self.counts["imu or joint_states too old"] += 1
-            taken = min(taken, oldest)
-        joints = self._joints[1]
+            return None, Taken()
+        (seen, pose), (felt, joints) = self._pose, self._joints
+        taken = Taken(seen, felt)
+        if now - self._imu[0] > OLDEST:
+            # The rates are the gyro's: without them a twist is as old as they are.
+            self.counts["imu too old"] += 1
+            taken = Taken(min(seen, self._imu[0]), felt)
+        if now - felt > OLDEST:
+            self.counts["joint angles too old"] += 1
+            self._bending[:] = 0.0  # how fast they turn is not known any more
         vectoring = commanded if self._vectoring is None else self._vectoring
-        age = now - self._pose[0]
-        return self._moved(pose, joints, vectoring)._replace(capture_age=age), taken
+        return self._moved(pose, joints, vectoring)._replace(capture_age=now - seen), taken
 
     def _see(self, taken: float, pose: Pose) -> None:
         """A new pose, and its velocity."""
@@ -127,6 +131,10 @@ class Sensors:
             self.counts[f"{topic}: wrong size"] += 1
         elif not set(self._names.joints) <= known.keys():
             self.counts[f"{topic}: wrong joint names"] += 1
+        elif not all(
+            abs(known.get(name, 0.0)) < _TURNED for name in (*self._names.joints, *self._names.gimbals)
+        ):
+            self.counts[f"{topic}: no angle"] += 1
         else:
             angles = np.array([known[name] for name in self._names.joints], dtype=float)
             if self._joints is not None:
@@ -144,8 +152,7 @@ class Sensors:
         gyro, force = np.array(self._imu[1].gyro), np.array(self._imu[1].acceleration)
         turn = np.array(pose.quaternion)
         size = float(np.sqrt(np.sum(np.clip(turn, -2.0, 2.0) ** 2)))
-        angles, others = np.concatenate([joints, vectoring]), np.array([*gyro, *pose.position])
-        sane = (np.abs(angles) < _TURNED).all() and (np.abs(others) < BEYOND).all()
+        sane = (np.abs(np.array([*gyro, *pose.position])) < BEYOND).all()
         if not (sane and abs(size - 1.0) < 0.1):
             nothing = nothing_measured(self._robot, self.has_imu)
             return nothing._replace(joint_angles=joints, vectoring_angles=vectoring)

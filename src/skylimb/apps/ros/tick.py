@@ -13,7 +13,7 @@ from skylimb.analysis.exchange.lab_ticks import Names, TickView
 from skylimb.analysis.exchange.messages import Joints, Nav, Path, Pose
 from skylimb.apps.ros.script import Script
 from skylimb.apps.ros.states import Flying, Order
-from skylimb.control.estimation.records import Measurement
+from skylimb.control.estimation.records import Measurement, Taken
 from skylimb.control.missions.reference import Reference
 from skylimb.control.records import Command
 
@@ -58,7 +58,7 @@ class Inputs:
     Attributes:
         now: the pacer's time, s.
         measurement: the newest one; None while there has been none.
-        taken: when it was measured, s.
+        taken: when its parts were measured, s.
         received: since the last tick.
         ages: of the newest message of each sensor, s.
         offsets: of the sensors' clocks from ours, s.
@@ -68,7 +68,7 @@ class Inputs:
 
     now: float
     measurement: Measurement | None
-    taken: float
+    taken: Taken
     received: Received = field(default_factory=Received)
     stamp_offset: float = 0.0
     ages: Mapping[str, float] = field(default_factory=dict)

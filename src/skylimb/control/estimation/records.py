@@ -65,6 +65,18 @@ class Measurement(NamedTuple):
         return (*self[:-1], *(self.imu or ()))
 
 
+class Taken(NamedTuple):
+    """When the parts of a measurement were measured, s; they come from sensors of their own.
+
+    Attributes:
+        pose: pose and twist; not finite while none has come.
+        joints: joint and vectoring angles; likewise.
+    """
+
+    pose: float = -np.inf
+    joints: float = -np.inf
+
+
 def zero_measurement(n_joints: int, n_vectoring: int, imu: bool = False) -> Measurement:
     """A measurement of zeros, which shows the sizes of all entries."""
     z3 = np.zeros(3)

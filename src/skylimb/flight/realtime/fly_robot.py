@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import signal
+import warnings
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from skylimb.analysis.exchange.recorder import FlightRecorder
 from skylimb.base.errors import ConfigError
+from skylimb.base.interrupts import answering_first
 from skylimb.control.controller import Controller
 from skylimb.control.corrections import Calibrated
 from skylimb.control.loop.flight import Flight, flown_mission, mission_signals
@@ -18,7 +22,6 @@ from skylimb.control.missions.clock import Clock
 from skylimb.control.missions.mission import Mission
 from skylimb.control.supervisor.descents import unprotected
 from skylimb.control.supervisor.limits import Limits
-from skylimb.control.supervisor.retreat import retreat_time
 from skylimb.flight.drivers.free import FreeDriver
 from skylimb.flight.events import CONTROLLER_KINDS, require_applied
 from skylimb.flight.experiments.experiment import Experiment
@@ -33,6 +36,7 @@ from skylimb.flight.realtime.clocked_flight import (
     timing_of,
 )
 from skylimb.flight.realtime.guard import GuardedController
+from skylimb.flight.realtime.landing import DEPTH, Landing, landing_from
 from skylimb.flight.realtime.link import Link, RemoteVehicle
 from skylimb.flight.realtime.look import Look
 from skylimb.flight.realtime.pacer import Pacer
@@ -44,6 +48,9 @@ PATIENCE = 5.0
 
 LISTEN = 0.2
 """Seconds for which a robot is looked at before it is flown."""
+
+ENDED = "ended by its user"
+"""Why a flight is broken off that Ctrl-C, or the system, ends."""
 
 
 def fly_robot(
@@ -62,7 +69,8 @@ def fly_robot(
 ) -> ClockedFlight:
     """Fly the mission of an experiment with a robot that hovers behind a link; at its end the robot lands.
 
-    Commands stop when it has landed. A robot has to do something sensible when they stop at any time.
+    Commands stop when it has landed (`landing`). Ctrl-C, or the end that the system asks for, lands it too; a
+    second one stops the commands. A robot has to do something sensible when they stop at any time.
 
     Args:
         link: to the robot.
@@ -88,13 +96,14 @@ def fly_robot(
     (plan,) = plan_flights(experiment, (controller,), None, set, calibration=calibration)
     require_applied(plan.experiment.events, CONTROLLER_KINDS, "a robot behind a link")
     clock = pacer or Pacer(plan.period)
-    guard = guarded_controller(plan, clock, limits)
+    limits = limits or plan.experiment.supervisor
+    guard = guarded_controller(plan, clock, replace(limits, floor=limits.floor - DEPTH))
     vehicle = RemoteVehicle(
-        plan.robot, link, clock.clock, lambda time: guard.taken(time - clock.started), plan.needs.imu
+        plan.robot, link, clock.clock, lambda time: guard.taken(*[time - clock.started] * 2), plan.needs.imu
     )
-    told = unprotected(plan.robot, plan.needs.vectoring, limits or plan.experiment.supervisor)
+    told = unprotected(plan.robot, plan.needs.vectoring, limits)
     look = Look(plan.robot, vehicle, clock, start or StartLimits(), calibration, patience, told)
-    flight, whole = _fly(plan, guard, vehicle, clock, progress, recorder, look, listen)
+    flight, whole = _fly(plan, guard, vehicle, clock, progress, recorder, look, listen, limits.floor)
     values = {name: flight.signal(name) for name in flight.layout.slices}
     values |= mission_signals(flown_mission(whole, flight), flight.ticks)
     times = np.arange(flight.ticks) * plan.period
@@ -112,35 +121,42 @@ def _fly(
     recorder: FlightRecorder | None,
     look: Look,
     listen: float,
+    floor: float,
 ) -> tuple[Flight, Mission]:
     """The flight up to its landing, and the mission with time to land."""
     mission, limits = plan.mission, plan.experiment.terminations
     last, total = len(mission.times) - 1, len(mission.flight_times(guard.needs.paced))
-    extra = int(np.ceil(retreat_time(float(mission.reference.position[-1, 2])) / clock.period))
-    # The mission's last row goes on while the robot lands.
-    count = total + extra
+    highest = float(mission.reference.position[:, 2].max())
+    # The mission's last row goes on while the robot lands, from wherever it is broken off.
+    count = total + int(np.ceil(landing_from(highest, floor).longest / clock.period))
     whole = mission.along(Clock(np.arange(float(count)), np.ones(count)))
     events = plan.timeline(np.arange(count) * plan.period)
+    first = mission.first
+    posed = plan.robot.at(np.asarray(first.joint_angles), np.asarray(first.vectoring_angles))
+    hover = float(np.sum(np.asarray(posed.hover_thrusts)))
     driver = FreeDriver(guard, vehicle, plan.robot, whole, count, events.gains)
     driver.prepare(guard.rehearsed(driver.first, plan.period))
     if wrong := [str(one) for one in look.found(listen) if not one.fine]:
         raise ConfigError(f"nothing is flown: {'; '.join(wrong)}")
     ticks = RecordedTicks(recorder, plan, driver.layout)
-    flown, cause, landed_at = 0, "", count
-    for k in ticks_on_clock(clock):
-        at, flown = driver.tick(k), k + 1
-        ticks.flown(k, driver.log[k])
-        if guard.retreating:
-            landed_at = min(landed_at, k + extra)
-            cause = cause or ("broken off by the guard" if at <= last else "")
-        elif at > last or flown >= total:
-            guard.retreat()  # the mission is over: land
-        elif lost := _lost(driver, whole, limits, k, at) or look.outside(driver, k):
-            guard.retreat(lost)
-            cause = lost
-        if flown >= landed_at:
-            break
-        each_second(clock, progress, flown, at, last + 1)
+    landing: Landing | None = None
+    flown, cause, ended = 0, "", list[int]()
+    with answering_first([signal.SIGINT, signal.SIGTERM], lambda number, _: ended.append(number)):
+        for k in ticks_on_clock(clock):
+            at, flown = driver.tick(k), k + 1
+            ticks.flown(k, driver.log[k])
+            if guard.retreating:
+                landing = landing or landing_from(_height(guard, driver), floor)
+                landing = landing.after(*_seen(guard, driver, look, hover, k), clock.period)
+                cause = cause or ("broken off by the guard" if at <= last else "")
+            elif at > last or flown >= total:
+                guard.retreat()  # the mission is over: land
+            elif lost := _ended(ended) or _lost(driver, whole, limits, k, at) or look.outside(driver, k):
+                guard.retreat(lost)
+                cause = lost
+            if flown >= count or (landing is not None and landing.over):
+                break
+            each_second(clock, progress, flown, at, last + 1)
     return Flight(driver.log, driver.layout, flown, cause), whole
 
 
@@ -162,6 +178,28 @@ def check_robot(
     vehicle = RemoteVehicle(plan.robot, link, clock.clock)
     told = unprotected(plan.robot, plan.needs.vectoring, plan.experiment.supervisor)
     return Look(plan.robot, vehicle, clock, start or StartLimits(), calibration, patience, told).found(LOOK)
+
+
+def _height(guard: GuardedController, driver: FreeDriver) -> float:
+    """That of the reference that is flown, m; of the first one where none was."""
+    return float((guard.flown or driver.first).position[2])
+
+
+def _seen(
+    guard: GuardedController, driver: FreeDriver, look: Look, hover: float, k: int
+) -> tuple[float | None, float]:
+    """Height of the robot at tick `k`, None where nobody sees it, and the share of its hover thrusts."""
+    place = look.place(driver, k) if guard.sees else None
+    thrusts = driver.log[k][driver.layout.slices["thrusts_command"]]
+    return None if place is None else float(place[2]), float(np.sum(thrusts)) / hover
+
+
+def _ended(signals: list[int]) -> str:
+    """Why the flight is broken off that its user ends; empty while nobody does. Who waits for it is told."""
+    if not signals:
+        return ""
+    warnings.warn(f"{ENDED}: the robot is led back and down; Ctrl-C again stops its commands", stacklevel=2)
+    return ENDED
 
 
 def _lost(driver: FreeDriver, mission: Mission, limits: Terminations, k: int, at: int) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 
 from skylimb.control.controller import Controller
 from skylimb.control.estimation.gates import FAULTS
-from skylimb.control.estimation.records import Measurement, zero_measurement
+from skylimb.control.estimation.records import Measurement, Taken, zero_measurement
 from skylimb.control.late_gains import late_gains
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import needs_of
@@ -46,6 +46,7 @@ class GuardedController:
         flown: the reference that was flown last: the mission's, or that of the retreat.
         counts: how often each fault was met.
         failed: what the controller raised first, in words; empty while it has not.
+        sees: whether the pose of the last tick was a measured one.
     """
 
     def __init__(
@@ -61,10 +62,10 @@ class GuardedController:
         self._bounds = (robot.thrust_limits(), robot.joint_limits(), robot.vectoring_limits())
         self._halves: Halves | None = None
         self._mode, self._told, self._own = 0, Told(), dict[str, Any]()
-        self._taken: float | None = None
-        self._last = -np.inf
+        self._taken: tuple[float | None, float | None] = None, None
+        self._last = Taken()
         self.flown: Reference | None = None
-        self.counts, self.failed = Faults(), ""
+        self.counts, self.failed, self.sees = Faults(), "", False
 
     @property
     def mode(self) -> str:
@@ -76,9 +77,14 @@ class GuardedController:
         """Whether the flight was broken off."""
         return self._mode >= RETREAT or self._told.land > 0.0
 
-    def taken(self, time: float) -> None:
-        """When the next tick's measurement was taken, s on a clock of its own; by default it is new."""
-        self._taken = time
+    def taken(self, pose: float, joints: float | None = None) -> None:
+        """When the next tick's measurement was taken, s on a clock of its own; by default it is new.
+
+        Args:
+            pose: pose and twist.
+            joints: its angles; by default they are new.
+        """
+        self._taken = pose, joints
 
     def retreat(self, why: str = "") -> None:
         """Break the flight off at the next tick, for a fault if there is a reason, else to land."""
@@ -114,8 +120,11 @@ class GuardedController:
         missed = self._pacer is not None and self._pacer.missed
         if missed:
             self.counts.note("guard", "missed tick")
-        fresh, measured = self._fresh(), self._shaped(measurement)
-        told = self._told._replace(pose=float(fresh and measured is not None), late=float(missed))
+        (pose, joints), measured = self._fresh(), self._shaped(measurement)
+        known = measured is not None
+        told = self._told._replace(
+            pose=float(pose and known), joints=float(joints and known), late=float(missed)
+        )
         self._told = Told()
         sight = halves.look(told, measured, reference)
         self._note(halves)
@@ -176,14 +185,13 @@ class GuardedController:
             command = None
         return (state if command is None else new), command, dict(own)
 
-    def _fresh(self) -> bool:
-        """Whether the measurement of this tick was taken after the one before."""
-        taken, self._taken = self._taken, None
-        if taken is None:
-            return True
-        new = bool(np.isfinite(taken)) and taken > self._last
-        self._last = taken if new else self._last
-        return new
+    def _fresh(self) -> tuple[bool, bool]:
+        """Whether pose and angles of this tick were taken after those before."""
+        taken, self._taken = self._taken, (None, None)
+        stamps = [last if time is None else time for time, last in zip(taken, self._last, strict=True)]
+        new = [bool(last < time < np.inf) for time, last in zip(stamps, self._last, strict=True)]
+        self._last = Taken(*np.where(new, stamps, self._last))
+        return taken[0] is None or new[0], taken[1] is None or new[1]
 
     def _shaped(self, measurement: Measurement) -> Measurement | None:
         """The measurement as arrays of the right sizes; None where it is none."""
@@ -198,7 +206,9 @@ class GuardedController:
         for fault in {FAULTS[int(number)] for number in halves.sight.faults} - {""}:
             self.counts.note("guard", fault)
         bits = dict(zip(TABLE.bits, halves.sight.bits, strict=True))
-        for name, words in (("stale", "too old"), ("blind", "too old for long")):
+        self.sees = bool(bits["stale"] < 0.5)
+        told = {"stale": "too old", "blind": "too old for long", "numb": "no angles for long"}
+        for name, words in told.items():
             if bits[name] > 0.5:
                 self.counts.note("guard", words)
         mode, before = int(halves.mode), self.mode

@@ -22,6 +22,7 @@ from skylimb.flight.realtime.messages import (
     encode,
 )
 from skylimb.flight.realtime.preflight import Measured
+from skylimb.flight.realtime.resting_imu import ImuOff
 from skylimb.flight.realtime.watchdog import Watchdog
 from skylimb.robots.model import Robot
 
@@ -89,11 +90,12 @@ class RemoteVehicle:
         self._imu, self._measured = imu, nothing_measured(robot, imu)
         self.layout = measured_layout(robot, imu)
 
-    def known(self, body: Callable[[Measurement], Body]) -> Measured:
+    def known(self, body: Callable[[Measurement], Body], imu: ImuOff | None) -> Measured:
         """What is known of it before a flight; its clock is held against ours of the first messages.
 
         Args:
             body: of a measurement.
+            imu: how far off its IMU is; None where it sends none.
         """
         watch, state = Watchdog(self._robot), self.heard
         watch.judge(self._measured, self._stamps.taken)
@@ -103,6 +105,7 @@ class RemoteVehicle:
             {"state": self._stamps.offset - self._first},
             None if state is None else state.battery,
             None,
+            imu,
         )
 
     def greet(self) -> None:

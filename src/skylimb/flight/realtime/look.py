@@ -9,11 +9,13 @@ import numpy as np
 from skylimb.analysis.exchange.body import Bodies
 from skylimb.base.errors import OutputError
 from skylimb.control.corrections import Calibrated
+from skylimb.control.estimation.records import Imu, Measurement
 from skylimb.control.loop.vehicle import MEASURED
 from skylimb.flight.drivers.free import FreeDriver
 from skylimb.flight.realtime.link import RemoteVehicle
 from skylimb.flight.realtime.pacer import Pacer
 from skylimb.flight.realtime.preflight import Check, StartLimits, checks, desk_of
+from skylimb.flight.realtime.resting_imu import RestingImu
 from skylimb.robots.model import Robot
 
 
@@ -44,6 +46,7 @@ class Look:
         self._calibration = calibration if isinstance(calibration, str) else None
         self._unprotected = unprotected
         self._patience, self._bodies = patience, Bodies(robot, robot.description.imu.link)
+        self._imu, self._mount = RestingImu(robot.description.gravity), robot.description.imu.R
 
     def found(self, seconds: float) -> list[Check]:
         """What is found once measurements have come for some seconds.
@@ -58,7 +61,7 @@ class Look:
             if vehicle.heard is None:
                 heard_at = time.monotonic()
             vehicle.greet()
-            vehicle.measure()
+            self._feel(vehicle.measure())
             if vehicle.heard is None and heard_at > begun + self._patience:
                 heard = ", ".join(f"{what} {count} times" for what, count in vehicle.counts.items())
                 raise OutputError(
@@ -66,12 +69,26 @@ class Look:
                 )
             time.sleep(self._clock.period)
         desk = desk_of(self._robot, vehicle.heard.mass, self._calibration, self._unprotected)
-        return [*checks(desk, vehicle.known(self._bodies.of), self._limits)]
+        return [*checks(desk, vehicle.known(self._bodies.of, self._imu.off), self._limits)]
+
+    def _feel(self, measured: Measurement) -> None:
+        """Hold what an IMU says against the pose beside which it came."""
+        state = self._vehicle.heard
+        if state is None or state.imu_angular_velocity is None or state.imu_specific_force is None:
+            return
+        if np.isfinite(np.hstack(measured[:6])).all():
+            body, mount = self._bodies.of(measured), self._mount
+            felt = Imu(np.array(state.imu_angular_velocity), np.array(state.imu_specific_force))
+            self._imu.take(body.R_W_link @ mount, mount.T @ body.rates_link, felt)
 
     def outside(self, driver: FreeDriver, k: int) -> str:
         """How the robot was beyond the fence at tick `k`; empty where it was not, or nobody knows."""
+        place = self.place(driver, k)
+        outside = "" if place is None else self._limits.outside(place)
+        return outside and f"beyond the fence: {outside}"
+
+    def place(self, driver: FreeDriver, k: int) -> np.ndarray | None:
+        """Its centre of gravity at tick `k` as measured, W, m, (3,); None where that is no number."""
         row, places = driver.log[k], driver.layout.slices
         seen = [row[places[name]] for name in MEASURED[:6]]
-        known = bool(np.isfinite(np.hstack(seen)).all())
-        outside = self._limits.outside(self._bodies.of(seen).cog) if known else ""
-        return outside and f"beyond the fence: {outside}"
+        return self._bodies.of(seen).cog if np.isfinite(np.hstack(seen)).all() else None

@@ -17,6 +17,7 @@ import numpy as np
 
 from skylimb.analysis.exchange.body import Body
 from skylimb.base.errors import ConfigError
+from skylimb.flight.realtime.resting_imu import ImuOff
 from skylimb.robots.model import Robot
 
 LOOK = 3.0
@@ -30,6 +31,8 @@ class StartLimits:
     Attributes:
         start_tilt: greatest tilt, rad.
         start_speed: greatest speed, m/s.
+        start_force: of an IMU's specific force from gravity's, m/s^2.
+        start_turning: of its rates from the robot's, rad/s.
         start_age: of a sensor's newest message, s.
         start_offset: of a sensor's clock from ours, s.
         low_battery: least charge, per cent; the lab's, below which it also lands.
@@ -41,6 +44,8 @@ class StartLimits:
 
     start_tilt: float = 0.2
     start_speed: float = 0.5
+    start_force: float = 1.0
+    start_turning: float = 0.1
     start_age: float = 0.2
     start_offset: float = 0.1
     low_battery: float = 10.0
@@ -133,8 +138,9 @@ class Measured:
         body: as measured; None where nothing fresh is.
         ages: of the newest message of each sensor, s.
         offsets: of the sensors' clocks from ours, s.
-        battery: charge, per cent; None where nobody says.
+        battery: charge, per cent; None where nobody has to say, NaN where who has to did not.
         foreign: who else commands it, "node on topic"; None where that cannot be known.
+        imu: how far off it is; None where nobody has one.
     """
 
     body: Body | None
@@ -142,6 +148,7 @@ class Measured:
     offsets: Mapping[str, float] = field(default_factory=dict)
     battery: float | None = None
     foreign: tuple[str, ...] | None = ()
+    imu: ImuOff | None = None
 
 
 def checks(desk: Desk, measured: Measured, limits: StartLimits) -> Iterator[Check]:
@@ -154,13 +161,17 @@ def checks(desk: Desk, measured: Measured, limits: StartLimits) -> Iterator[Chec
         yield _below("motion", float(np.linalg.norm(body.velocity)), limits.start_speed, "m/s")
         outside = limits.outside(body.cog)
         yield Check("fence", outside or "inside", limits.fence_words, not outside)
+    if measured.imu is not None:
+        yield _below("IMU's force", measured.imu.force, limits.start_force, "m/s^2 beside gravity")
+        yield _below("IMU's turning", measured.imu.turning, limits.start_turning, "rad/s beside the robot's")
     for name, age in measured.ages.items():
         yield _below(f"age of {name}", age, limits.start_age, "s")
     for name, offset in measured.offsets.items():
         yield _below(f"clock of {name}", abs(offset), limits.start_offset, "s beside ours")
     if measured.battery is not None:
         enough = measured.battery >= limits.low_battery
-        yield Check("battery", f"{measured.battery:.0f} %", f"at least {limits.low_battery:g} %", enough)
+        charge = "not known" if np.isnan(measured.battery) else f"{measured.battery:.0f} %"
+        yield Check("battery", charge, f"at least {limits.low_battery:g} %", enough)
     if measured.foreign is not None:
         foreign = ", ".join(measured.foreign)
         yield Check("publishers of commands", foreign or "only this node", "nobody else", not foreign)

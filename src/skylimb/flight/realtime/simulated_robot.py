@@ -47,7 +47,11 @@ class SimulatedRobot:
         self._vehicle = simulated_vehicle(takeoff, simulated, takeoff.rows.ticks)
         self._measurement = self._vehicle.measure()
         self._command: Command | None = None
-        self.position = lambda: np.array(simulated.data.qpos[0:3])
+        self._data = simulated.data
+
+    def position(self) -> np.ndarray:
+        """Of the measured link, W, m, (3,)."""
+        return np.array(self._data.qpos[0:3])
 
     @property
     def over(self) -> bool:

@@ -1,0 +1,45 @@
+"""Joint states are lost or spoilt, and all else is well: the robot is seen, and flies back and down."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from skylimb.analysis.exchange import lab_topics as topics
+from skylimb.apps.ros.messages import Outgoing
+from skylimb.apps.ros.states import FlightState
+from wired import Wire
+
+
+@pytest.mark.parametrize("fault", ["lost", "nan", "missing"])
+def test_a_robot_that_feels_no_joints_flies_back_where_it_is_seen(fault: str) -> None:
+    wire = Wire()
+    wire.hover()
+    begun = wire.pacer.time()
+
+    def spoil(one: Outgoing) -> Outgoing | None:
+        if one.topic is not topics.JOINT_STATES:
+            return one
+        names, angles = one.value.names, one.value.angles
+        if fault == "missing":
+            return Outgoing(one.topic, replace(one.value, names=names[1:], angles=angles[1:]))
+        spoilt = Outgoing(one.topic, replace(one.value, angles=(math.nan, *angles[1:])))
+        return None if fault == "lost" else spoilt
+
+    wire.spoil = spoil
+    wire.until(FlightState.LAND, 2.0)
+    assert wire.pacer.time() - begun == pytest.approx(0.6, abs=0.05)
+    flight = wire.pilot.pilot.flight
+    assert flight is not None
+    assert flight._guard.mode == "RETREAT"
+    wire.until(FlightState.STOP, 15.0)
+    assert wire.where[-1][2] == pytest.approx(0.15)  # it stands
+    assert wire.sinks() < 0.5
+    assert wire.pilot.faults["no angles for long"] > 0
+    assert not wire.pilot.faults["too old"]
+    wire.until(FlightState.ARM_OFF, 1.0)
+    # By what is believed it does not start again.
+    wire.tick("teleop_command/start")
+    assert any(words.startswith("start is refused: age of joint angles: ") for words in wire.said)

@@ -1,0 +1,66 @@
+"""On the ground a robot whose sensors cannot be right, or say nothing, is not started."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from short_flights import CIRCLE
+from skylimb.analysis.exchange import lab_topics as topics
+from skylimb.analysis.exchange.messages import Imu
+from skylimb.apps.ros.messages import Outgoing
+from skylimb.apps.ros.states import FlightState
+from wired import Wire
+
+BY_IMU = {
+    **CIRCLE,
+    "controller.estimation.smoothing.on": True,
+    "controller.estimation.smoothing.imu": True,
+    "sensors.imu.on": True,
+}
+
+
+def spoilt(imu: Imu, force: float, turning: float) -> Imu:
+    """With its parts times these."""
+    parts = force * np.array(imu.acceleration), turning * np.array(imu.gyro)
+    acceleration, gyro = (tuple(map(float, part)) for part in parts)
+    return replace(imu, acceleration=acceleration, gyro=gyro)
+
+
+@pytest.mark.parametrize(
+    ("force", "turning", "words"),
+    [
+        (-1.0, 1.0, "start is refused: IMU's force: 19."),
+        (1.0 / 9.81, 1.0, "start is refused: IMU's force: 8.8 m/s^2 beside gravity"),
+        (1.0, 57.3, "start is refused: IMU's turning: "),
+        (1.0, 1.0, ""),
+    ],
+)
+def test_an_imu_with_a_wrong_sign_or_unit_refuses_the_start(force: float, turning: float, words: str) -> None:
+    wire = Wire(flown=("paper", "following", BY_IMU))
+
+    def spoil(one: Outgoing) -> Outgoing:
+        value: Any = one.value
+        return Outgoing(one.topic, spoilt(value, force, turning)) if one.topic is topics.IMU else one
+
+    wire.spoil = spoil
+    started(wire)
+    assert (wire.pilot.pilot.flying.state == FlightState.START) == (not words)
+    assert not words or any(said.startswith(words) for said in wire.said)
+
+
+def test_a_battery_of_which_nobody_says_anything_refuses_the_start() -> None:
+    wire = Wire()
+    wire.spoil = lambda one: None if one.topic is topics.BATTERY else one
+    started(wire)
+    assert wire.pilot.pilot.flying.state == FlightState.ARM_OFF
+    assert wire.said == ["start is refused: battery: not known (at least 10 %)"]
+
+
+def started(wire: Wire) -> None:
+    """After it has stood for a while."""
+    wire.fly(0.3)
+    wire.tick("teleop_command/start")
