@@ -43,6 +43,7 @@ class Wire:
         limits: FlightLimits = SOON,
         dialect: Dialect = LAB_DIALECT,
         flown: tuple[str, str, Mapping[str, Any]] = FLOWN,
+        cells: int = 6,
     ) -> None:
         experiment, name, keys = flown
         takeoff, controller = ready(name) if flown is FLOWN else made_ready(*flown)
@@ -52,7 +53,7 @@ class Wire:
         self.pacer = pacer = stepped(takeoff.period)
         self.robot = Simulated(inner, link, pacer, servos=config.servos, dialect=dialect)
         missions = {"paper": takeoff.mission}
-        flyer = Flyer(takeoff, controller, missions, link, pacer, limits=limits, dialect=dialect)
+        flyer = Flyer(takeoff, controller, missions, link, pacer, cells, limits, dialect=dialect)
         self._made = lambda: Controlled(flyer, config)
         self.pilot = self._made()
         self.spoil: Callable[[Outgoing], Outgoing | None] = lambda one: one

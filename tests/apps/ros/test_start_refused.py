@@ -60,6 +60,13 @@ def test_a_battery_of_which_nobody_says_anything_refuses_the_start() -> None:
     assert wire.said == ["start is refused: battery: not known (at least 10 %)"]
 
 
+def test_where_nobody_tells_the_voltage_no_cells_say_so() -> None:
+    wire = Wire(cells=0)
+    wire.spoil = lambda one: None if one.topic is topics.BATTERY else one
+    started(wire)
+    assert wire.pilot.pilot.flying.state == FlightState.START
+
+
 def started(wire: Wire) -> None:
     """After it has stood for a while."""
     wire.fly(0.3)

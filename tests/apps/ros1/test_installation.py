@@ -44,7 +44,7 @@ def test_mistakes_are_said_before_ros_is_looked_for() -> None:
     said = command("controller").stderr
     assert "holds no attitude" in said
     assert "--bare says that you know" in said
-    assert "--cells = 99 is outside of 1 .. 20" in command("both", "--cells", "99").stderr
+    assert "--cells = 99 is outside of 0 .. 20" in command("both", "--cells", "99").stderr
 
 
 def test_another_machine_only_by_a_flag(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -20,7 +20,7 @@ _Experiment = Annotated[
     str, arg("Experiment of plant, surface and first mission: paper, for simulator free_flight.", "NAME")
 ]
 _Missions = Annotated[tuple[str, ...], arg("Experiments whose missions may be flown besides it.", "NAME ...")]
-_Cells = Annotated[int, arg("Cells of the battery in series.", "N")]
+_Cells = Annotated[int, arg("Cells of the battery in series; 0 where nobody tells its voltage.", "N")]
 _Bare = Annotated[bool, arg("That the flight controller may hold no attitude; controller needs it.")]
 _Pad = Annotated[
     dict[str, Any] | None,
@@ -136,7 +136,7 @@ def _be(
     **given: Any,
 ) -> None:
     """Be a node until it ends, keep what it flew, and say how it went."""
-    within("--cells", cells, 1, 20)
+    within("--cells", cells, 1 if profile == "simulator" else 0, 20)
     folder = new_folder(out, "ros") if out else None
     from skylimb.analysis.exchange.recorder import recording
     from skylimb.apps.ros.run import limits_of, run, write

@@ -37,13 +37,12 @@ class Flyer:
         missions: that can be flown from hover, by name; the first one gives contact axis and reach.
         link: whose pose is on the lab's topics.
         pacer: of the ticks.
-        cells: of the battery.
+        cells: of the battery; 0 where nobody tells its voltage. Else no flight begins before somebody does.
         limits: of the flight states.
         guard_limits: when to hold and when to retreat.
         namespace: of the lab's frames.
         desk: what was found before take-off.
         dialect: how it speaks.
-        tells_battery: whether somebody has to say how full the battery is before a flight begins.
     """
 
     plan: FlightPlan
@@ -57,7 +56,6 @@ class Flyer:
     namespace: str = NAMESPACE
     desk: Desk = field(default_factory=Desk)
     dialect: Dialect = LAB
-    tells_battery: bool = True
 
     @property
     def robot(self) -> Robot:

@@ -81,7 +81,7 @@ class MessageSorter:
             return {"acknowledged": int(one.value)}
         elif one.topic == PWMS.name:
             return {"armed": one.value.armed}
-        elif one.topic == BATTERY.name:
+        elif one.topic == BATTERY.name and self._cells:
             charge = percentage(float(one.value), self._cells)
             if not math.isnan(charge):
                 return {"battery": charge}
