@@ -17,7 +17,7 @@ import secrets
 import shutil
 import sys
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -172,10 +172,10 @@ def writing(path: str | Path) -> Iterator[None]:
 
 
 @contextmanager
-def staging(path: Path) -> Iterator[Path]:
+def staging(path: Path, left: Collection[Path] = ()) -> Iterator[Path]:
     """A staging folder beside `path`, on the same file system so that the renaming is one atomic step.
 
-    It is removed at the end, with what was not renamed.
+    It is removed at the end, with what was not renamed; not while `left` names something that stays in it.
     """
     parent = path.absolute().parent
     made = [folder for folder in (parent, *parent.parents) if not folder.exists()]
@@ -185,7 +185,8 @@ def staging(path: Path) -> Iterator[Path]:
     try:
         yield aside
     finally:
-        shutil.rmtree(aside, ignore_errors=True)
+        if not left:
+            shutil.rmtree(aside, ignore_errors=True)
         for folder in made:
             with suppress(OSError):  # not empty: the result is in it
                 folder.rmdir()

@@ -67,3 +67,17 @@ def test_a_studio_that_is_killed(tmp_path: Path) -> None:
     assert [run.controller for run in runs] == ["hybrid", "pid"]
     for run in runs:
         assert [one for one in differences(run, skylimb.replay(run)) if not one.same] == []
+
+
+def test_a_killed_flight_with_zeros_behind_it_is_salvaged(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A loss of power leaves the length of a file, and zeros for what was not yet on the disk."""
+    words = ["fly", "free_flight", "--realtime", "--controller", "hybrid", "--out", str(tmp_path / "flown")]
+    (found,) = killed(words, tmp_path, "*.mcap")
+    content = found.read_bytes()
+    found.write_bytes(content[: len(content) - 3000] + bytes(8192))
+    run, anew = checked(found), tmp_path / "anew.mcap"
+    assert main(["salvage", str(found), str(anew)]) in (None, 0)
+    assert "was cut off: what was recorded up to" in capsys.readouterr().err
+    np.testing.assert_array_equal(read_log(anew).run.log.thrusts_command, run.log.thrusts_command)

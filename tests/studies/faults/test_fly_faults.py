@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -13,9 +14,10 @@ from short_flights import HOLD
 from skylimb.apps.cli import main
 from skylimb.base.errors import OutputError
 from skylimb.studies.campaign.distributions import Distribution
+from skylimb.studies.campaign.flight_queue import FlightQueue, Interrupted
 from skylimb.studies.campaign.fly_campaign import report_campaign
 from skylimb.studies.faults import Outcome, fly_faults
-from skylimb.studies.faults.catalogue import Catalogue, Fault
+from skylimb.studies.faults.catalogue import CATALOGUE, Catalogue, Fault
 from skylimb.studies.faults.page import Row, faults_page
 
 NO_THRUST = {"kind": "rotor", "time": 1.0, "effectiveness": 0.0}
@@ -52,6 +54,7 @@ def unprotected(outcome: Outcome) -> list[Row]:
 
 def test_the_table_says_what_the_flights_rows_say(flown: Outcome) -> None:
     assert flown.complete
+    assert flown.flown == flown.total == 8
     fell, moved = unprotected(flown)
     assert (fell.flights, fell.survived, fell.within) == (2, 0, 0)
     assert fell.numbers == {"tilt": (None, None)}
@@ -64,6 +67,24 @@ def test_the_table_says_what_the_flights_rows_say(flown: Outcome) -> None:
     for row in flown.rows:
         assert (flown.folder / row.worst / "log.nc").is_file()
     assert json.loads((flown.folder / "faults.json").read_text())[0]["fault"] == "no thrust"
+
+
+def test_an_interrupted_catalogue_says_how_to_go_on(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stopped(*arguments: object) -> None:
+        raise Interrupted
+
+    monkeypatch.setattr(FlightQueue, "fly", stopped)
+    out = str(tmp_path / "my faults")
+    words = ["--controllers", "hybrid", "pid", "--only", "rotor at half", "push of 4 N"]
+    words += ["--catalogue", str(CATALOGUE), "--draws", "3", "--workers", "0"]
+    assert main(["faults", "--out", out, *words]) == 130
+    said = capsys.readouterr().out.splitlines()
+    assert said[0] == f"interrupted: 0 of 24 flights are kept in {out}; to go on:"
+    command = shlex.split(said[1])
+    assert command == ["skylimb", "faults", "--out", out, "--resume", *words]
+    assert main(command[1:]) == 130
 
 
 def test_the_page_has_every_fault_with_its_bounds(flown: Outcome) -> None:

@@ -49,7 +49,7 @@ class Bag:
                     writer.write(connection(topic, kind, definition), time, content)
 
     @contextmanager
-    def read(self, path: Path) -> Iterator[Iterator[Raw]]:
+    def read(self, path: Path, salvaged: bool = False) -> Iterator[Iterator[Raw]]:
         """The messages of a bag, with the definitions that it brings; see `stream.whole`."""
         with readable(path, "ROS 1 bag") as file:
-            yield whole(raw_messages(file), path, EOFError)
+            yield whole(raw_messages(file), file, path, salvaged)

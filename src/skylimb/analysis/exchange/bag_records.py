@@ -9,7 +9,7 @@ from __future__ import annotations
 import bz2
 import io
 import struct
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import BinaryIO
 
 from skylimb.analysis.exchange.stream import Raw
@@ -31,15 +31,36 @@ def raw_messages(file: BinaryIO) -> Iterator[Raw]:
     known: dict[bytes, tuple[str, str, str]] = {}
     for fields, content in _records(file):
         inside = fields[b"op"][0] == _CHUNK
-        unpacked = io.BytesIO(_unpacked(fields, content)) if inside else None
-        for of, data in _records(unpacked) if unpacked else ((fields, content),):
-            if of[b"op"][0] == _CONNECTION:
-                said = _fields(data)
-                kind = said[b"type"].decode().replace("/", "/msg/", 1)
-                known[of[b"conn"]] = of[b"topic"].decode(), kind, said[b"message_definition"].decode()
-            elif of[b"op"][0] == _MESSAGE:
-                seconds, rest = struct.unpack("<II", of[b"time"])
-                yield Raw(*known[of[b"conn"]], seconds * 10**9 + rest, data)
+        if inside and fields[b"compression"] == b"none":
+            _require_more(file)
+        records = _records(io.BytesIO(_unpacked(fields, content))) if inside else ((fields, content),)
+        yield from list(_messages(records, known))
+
+
+def _require_more(file: BinaryIO) -> None:
+    """A chunk that is not compressed has no checksum: zeros behind it may have begun within it.
+
+    Raises:
+        ValueError: when zeros follow.
+    """
+    size = file.read(4)
+    file.seek(-len(size), io.SEEK_CUR)
+    if size and not any(size):
+        raise ValueError("zeros follow a chunk")
+
+
+def _messages(
+    records: Iterable[tuple[dict[bytes, bytes], bytes]], known: dict[bytes, tuple[str, str, str]]
+) -> Iterator[Raw]:
+    """The messages among records; `known` takes the topic, the type and the definition of each connection."""
+    for of, data in records:
+        if of[b"op"][0] == _CONNECTION:
+            said = _fields(data)
+            kind = said[b"type"].decode().replace("/", "/msg/", 1)
+            known[of[b"conn"]] = of[b"topic"].decode(), kind, said[b"message_definition"].decode()
+        elif of[b"op"][0] == _MESSAGE:
+            seconds, rest = struct.unpack("<II", of[b"time"])
+            yield Raw(*known[of[b"conn"]], seconds * 10**9 + rest, data)
 
 
 def _unpacked(fields: dict[bytes, bytes], content: bytes) -> bytes:

@@ -113,7 +113,8 @@ def salvage(source: str | Path, target: str | Path) -> int:
     """Write all that can be read of a bag or an MCAP file as a whole one with an index.
 
     Args:
-        source: of ours or anybody's, also one that was cut off, without an index.
+        source: of ours or anybody's, also one that was cut off, without an index; of one that is damaged,
+            what lies before the damage.
         target: a new file; its messages are those of the source to the byte.
 
     Returns:
@@ -129,7 +130,8 @@ def salvage(source: str | Path, target: str | Path) -> int:
         return (message for message, _ in zip(messages, count, strict=False))
 
     # ROS calls a bag that is being recorded NAME.bag.active.
-    with container_of(str(source).removesuffix(".active")).read(Path(source)) as messages:
+    container = container_of(str(source).removesuffix(".active"))
+    with container.read(Path(source), salvaged=True) as messages:
         container_of(target).write(require_new(target), counted(messages))
     return next(count)
 

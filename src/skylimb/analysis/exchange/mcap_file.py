@@ -28,20 +28,27 @@ class McapStream:
         small = {"chunk_size": chunk, "compression": module.CompressionType.NONE} if chunk else {}
         self._file = path.open("xb")
         self._writer = module.Writer(self._file, **small)
-        self._ros2 = ros2
+        self._ros2, self._gap = ros2, False
         self._writer.start(profile="ros2" if ros2 else "ros1", library="skylimb")
         self._schema, self._channel = cache(self._schema_of), cache(self._channel_of)
 
     def add(self, raw: Raw) -> None:
         """Write a message."""
+        self._gap = True
         channel = self._channel(raw.topic, raw.type, raw.definition)
         self._writer.add_message(channel, raw.time, raw.content, raw.time)
         self._file.flush()
+        self._gap = False
 
     def close(self) -> None:
-        """Write the index, and end the file."""
+        """End the file, with an index; without one after a message that was not written, as if cut off there.
+
+        Raises:
+            OSError: when that cannot be written; the file is closed nevertheless.
+        """
         with self._file:
-            self._writer.finish()
+            if not self._gap:
+                self._writer.finish()
 
     def _schema_of(self, kind: str, definition: str) -> int:
         name, text = (kind, "ros2msg") if self._ros2 else (kind.replace("/msg/", "/"), "ros1msg")
@@ -66,12 +73,11 @@ class Mcap:
                 stream.add(message)
 
     @contextmanager
-    def read(self, path: Path) -> Iterator[Iterator[Raw]]:
+    def read(self, path: Path, salvaged: bool = False) -> Iterator[Iterator[Raw]]:
         """The messages of a file that are ROS's, with their own definitions; see `whole`."""
         reader_of = extra_module("mcap.reader").NonSeekingReader
-        cut = extra_module("mcap.exceptions").EndOfFile
         with readable(path, "MCAP file") as file:
-            yield whole(_raw(reader_of(file, validate_crcs=True)), path, cut)
+            yield whole(_raw(reader_of(file, validate_crcs=True)), file, path, salvaged)
 
 
 def _raw(reader: Any) -> Iterator[Raw]:

@@ -12,7 +12,7 @@ import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +22,8 @@ from skylimb.analysis.exchange.lab_topics import RECORD, ROW, SOURCE, Topic
 from skylimb.analysis.exchange.mcap_file import McapStream
 from skylimb.analysis.exchange.message_types import message_types
 from skylimb.analysis.exchange.stream import Message, Raw, encoder
-from skylimb.base.errors import MissingExtraError, OutputError
-from skylimb.base.files import interrupted_name, rename_new, staging
+from skylimb.base.errors import MissingExtraError, OutputError, first_line
+from skylimb.base.files import interrupted_name, staging
 
 CHUNK = 32_768
 """Bytes of a chunk: some tenth of a second of flight."""
@@ -33,6 +33,7 @@ ROOM, LEAST = 10**9, 10**8
 
 FULL = "flight no longer recorded: the disk has no room"
 
+UNENDED = "the end of a flight's record could not be written"
 
 Messages = Iterable[tuple[Topic, Any]]
 """Topic and fields of each."""
@@ -115,11 +116,20 @@ class FlightRecorder:
             recorder._end()
 
     def _end(self) -> None:
-        """End the flight's file."""
-        self._take_coming()
+        """End the flight's file, with the record that is still being made."""
+        try:
+            self._take_coming()
+        finally:
+            self._end_file()
+
+    def _end_file(self) -> None:
+        """A flight is worth more than its record: a disk that fails is a fault."""
         stream, self._stream = self._stream, None
-        if stream is not None:
-            stream.close()
+        try:
+            if stream is not None:
+                stream.close()
+        except OSError:
+            self.faults[UNENDED] += 1
 
     def _message(self, topic: Topic, fields: Any) -> Raw:
         time = START + (round(1e9 * float(fields["data"][0])) if topic == ROW else 0)
@@ -129,26 +139,28 @@ class FlightRecorder:
     def _watch(self, topic: Topic) -> None:
         self._rows += topic == ROW
         if self._rows % round(ROW.rate) == 0 and shutil.disk_usage(self._folder).free < LEAST:
+            self._take_coming()
             self._give_up()
 
     def _give_up(self) -> None:
-        """A flight is worth more than its record."""
+        """Record no more of this flight."""
         self.faults[FULL] += 1
-        with suppress(OSError):
-            self._end()
+        self._end_file()
 
 
 @contextmanager
 def recording(folder: Path) -> Iterator[FlightRecorder | None]:
     """Flights on the disk as they are flown, aside of a folder; who comes to the end has them whole.
 
-    After an error they are kept in FOLDER-interrupted; those of a killed process are found by `skylimb runs`.
-    Without the extra `logs` nothing is recorded, and a warning says so.
+    After an error they are kept in FOLDER-interrupted, and where the end of one could not be written; those
+    of a killed process are found by `skylimb runs`. Without the extra `logs` nothing is recorded, and a
+    warning says so.
 
     Raises:
         OutputError: when the disk has too little room.
     """
-    with staging(folder) as aside:
+    left: list[Path] = []
+    with staging(folder, left) as aside:
         inside = aside / folder.name
         inside.mkdir()
         try:
@@ -159,11 +171,27 @@ def recording(folder: Path) -> Iterator[FlightRecorder | None]:
             return
         try:
             yield recorder
-        except BaseException as error:
             recorder.close()
-            if any(inside.rglob("*.mcap")):
-                place = interrupted_name(folder)
-                rename_new(inside, place)
-                error.add_note(f"what was flown is kept in '{place}'")
+        except BaseException as error:
+            try:
+                recorder.close()
+            except Exception as other:  # what ended the flight is what its user has to hear of
+                error.add_note(f"{UNENDED}: {first_line(other)}")
+            finally:
+                if words := _kept(inside, folder, left):
+                    error.add_note(words)
             raise
-        recorder.close()
+        if UNENDED in recorder.faults:
+            warnings.warn(f"{UNENDED}: {_kept(inside, folder, left)}", UserWarning, stacklevel=3)
+
+
+def _kept(inside: Path, folder: Path, left: list[Path]) -> str:
+    """Give flights a name that is seen, or leave them where they are; words that say where, or none."""
+    place = inside
+    try:
+        if not any(inside.rglob("*.mcap")):
+            return ""
+        place = inside.rename(interrupted_name(folder))
+    except OSError:  # a disk that fails takes no other name; what is on it has to stay
+        left.append(inside)
+    return f"what was flown is kept in '{place}'"

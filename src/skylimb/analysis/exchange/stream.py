@@ -6,10 +6,14 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, BinaryIO, NamedTuple
 
 from skylimb.analysis.exchange.message_types import message_types
 from skylimb.analysis.exchange.ros2_types import Ros2Types
+from skylimb.base.errors import first_line
+
+_BLOCK = 65_536
+"""Bytes that are looked at together."""
 
 
 class Message(NamedTuple):
@@ -61,22 +65,38 @@ def encoder(ros2: bool = False) -> Callable[[Message], Raw]:
     return encode
 
 
-def whole(messages: Iterable[Raw], path: Path, cut: type[Exception]) -> Iterator[Raw]:
-    """Messages up to the last whole chunk of a file that was cut off.
+def whole(messages: Iterable[Raw], file: BinaryIO, path: Path, salvaged: bool) -> Iterator[Raw]:
+    """Messages up to the last whole chunk of a file that was cut off; a warning says that it was.
+
+    A file is cut off where it cannot be read on and nothing stands behind but zeros: after a loss of power a
+    file has its length, and zeros in place of what was not yet on the disk. Anything else is damage.
 
     Args:
-        messages: as they stand in the file.
+        messages: as they stand in the file; each error is raised where the file was read up to.
+        file: that they are read from, one after another.
         path: of the file.
-        cut: raised by `messages` where the file ends too soon; that is told as a warning.
+        salvaged: whether what lies before damage is wanted as well; else the file is refused.
     """
     last = 0
     try:
         for message in messages:
             last = message.time
             yield message
-    except cut:
+    except Exception as error:  # a library meets a cut in whatever layer it stands in
+        cut = _only_zeros_follow(file)
+        if not (cut or (salvaged and last)):
+            raise
         until = f"what was recorded up to {1e-9 * last:.3f} s" if last else "no message"
-        warnings.warn(f"'{path}' was cut off: {until} is read", UserWarning, stacklevel=2)
+        what = "was cut off" if cut else f"is damaged ({first_line(error)})"
+        warnings.warn(f"'{path}' {what}: {until} is read", UserWarning, stacklevel=2)
+
+
+def _only_zeros_follow(file: BinaryIO) -> bool:
+    """Whether a file has nothing but zeros from here on, or ends here."""
+    try:
+        return not any(block.strip(b"\0") for block in iter(lambda: file.read(_BLOCK), b""))
+    except OSError:  # the disk does not give it
+        return False
 
 
 def decoded(messages: Iterable[Raw]) -> Iterator[Message]:

@@ -82,10 +82,12 @@ def run_from(
         elif record is None:
             _take(message, samples, joints, others)
     if record is not None:
+        if not rows:
+            raise OutputError(f"'{name}' holds the record of a flight, and no tick of it")
         if len({len(row) for row in rows}) > 1:
             raise OutputError(f"'{name}': rows of different length on {ROW.name}")
         said = (f"{flights} flights; this is the last one",) if flights > 1 else ()
-        return Read(run_of(record, np.array(rows).reshape(len(rows), -1), sources, name), said)
+        return Read(run_of(record, np.array(rows), sources, name), said)
     return _from_topics(samples, joints, others, robot(), name, link, period)
 
 

@@ -25,8 +25,9 @@ def drawn_area(runs: Mapping[str, Run]) -> Figure:
     extents = np.array([extent for _, extent in pictures.values()])
     across, upward = ((extents[:, i].min(), extents[:, i + 1].max()) for i in (0, 2))
     tall = (style.WIDTH - 1.0) / columns * (upward[1] - upward[0]) / (across[1] - across[0])
-    figure = Figure(figsize=(style.WIDTH, rows * (min(tall, 5.0) + 0.5) + 0.5), layout="constrained")
-    axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    figure, axes = style.sheet(
+        rows * (min(tall, 5.0) + 0.5) + 0.5, rows, columns, sharex=True, sharey=True, squeeze=False
+    )
     for ax, (name, run) in zip(axes.flat, runs.items(), strict=False):
         picture, extent = pictures[name]
         ax.imshow(picture, extent=extent, origin="lower", interpolation="nearest")

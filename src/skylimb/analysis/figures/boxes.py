@@ -82,8 +82,7 @@ def contact_distributions(runs: Mapping[str, Run]) -> Figure:
 
 def _figure(runs: Mapping[str, Run], quantities: list[tuple[str, str, Quantity]]) -> Figure:
     wide = style.WIDTH * min(1.0, max(0.62, 0.25 * len(runs)))
-    figure = Figure(figsize=(wide, 2.7), layout="constrained")
-    axes = figure.subplots(1, len(quantities), squeeze=False)[0]
+    figure, (axes,) = style.sheet(2.7, 1, len(quantities), width=wide, squeeze=False)
     printed = False
     for ax, (text, metric, quantity) in zip(axes, quantities, strict=True):
         printed |= _panel(ax, runs, metric, quantity)

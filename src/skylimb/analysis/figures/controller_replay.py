@@ -59,8 +59,7 @@ def _beside(recorded: Run, replayed: Run, signals: Sequence[str]) -> Figure:
         for name in signals
     ]
     columns = max(map(len, rows))
-    figure = Figure(figsize=(style.WIDTH, 1.15 * len(signals) + 0.5), layout="constrained")
-    axes = figure.subplots(len(signals), columns, sharex=True, squeeze=False)
+    figure, axes = style.sheet(1.15 * len(signals) + 0.5, len(signals), columns, sharex=True, squeeze=False)
     for row, name, pairs in zip(axes, signals, rows, strict=True):
         for ax, pair in zip(row, pairs, strict=False):
             curves = list(filter(None, pair))

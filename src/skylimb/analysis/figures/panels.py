@@ -72,9 +72,8 @@ def panels_figure(
         shades: what is shaded behind the curves of a flight.
     """
     blocks, columns = style.panels(len(runs))
-    size = style.WIDTH * max(columns, 3) / 4, (0.55 + 1.65 * len(panels)) * blocks + 0.1
-    figure = Figure(figsize=size, layout="constrained")
-    grid = figure.subplots(len(panels) * blocks, columns, squeeze=False, sharex=True)
+    wide, high = style.WIDTH * max(columns, 3) / 4, (0.55 + 1.65 * len(panels)) * blocks + 0.1
+    figure, grid = style.sheet(high, len(panels) * blocks, columns, width=wide, squeeze=False, sharex=True)
     # By run, from the top down.
     grid = grid.reshape(blocks, len(panels), columns).transpose(0, 2, 1).reshape(-1, len(panels))
     for ax in grid[len(runs) :].flat:

@@ -57,8 +57,7 @@ def poses(runs: Mapping[str, Run]) -> Figure:
     upward = low - 0.42, high  # displacement and reach are written below the robot
     columns = len(FRACTIONS)
     tall = (style.WIDTH - 0.3) / columns * (upward[1] - upward[0]) / (across[1] - across[0])
-    figure = Figure(figsize=(style.WIDTH, len(runs) * tall + 0.6), layout="constrained")
-    axes = figure.subplots(len(runs), columns, squeeze=False)
+    figure, axes = style.sheet(len(runs) * tall + 0.6, len(runs), columns, squeeze=False)
     colour = style.colours(runs)
     for row, (name, run) in zip(axes, runs.items(), strict=True):
         for ax in row:

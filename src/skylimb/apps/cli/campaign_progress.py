@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import shlex
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated
 
@@ -49,10 +50,22 @@ def _duration(seconds: float) -> str:
     return f"{hours} h {minutes:02} min" if hours else f"{minutes} min {rest:02} s"
 
 
-def interrupted(kept: int, total: int, folder: str, command: str, **options: str | int | None) -> int:
-    """Say what is kept, and the command that goes on."""
-    words = [f"  skylimb {command} --out {folder} --resume"]
-    words += [f"--{name} {value}" for name, value in options.items() if value not in (None, "")]
+def interrupted(
+    kept: int, total: int, folder: str, *command: str, **options: str | int | Sequence[str] | None
+) -> int:
+    """Say what is kept, and the command that goes on.
+
+    Args:
+        kept: flights.
+        total: flights that were asked for.
+        folder: where they are kept.
+        command: the verb, and what it flies.
+        options: of the verb by name, as they were given.
+    """
+    words = ["skylimb", *command, "--out", folder, "--resume"]
+    for name, value in options.items():
+        if value not in (None, "", ()):
+            words += [f"--{name}", *([str(value)] if isinstance(value, str | int) else value or ())]
     print(f"interrupted: {kept} of {total} flights are kept in {folder}; to go on:")
-    print(" ".join(words))
+    print(f"  {shlex.join(words)}")
     return INTERRUPTED

@@ -55,7 +55,7 @@ def campaign(
         return _summary(outcome)
     total = outcome.campaign.flight(outcome.campaign.spec.draws, 0)
     again = {"calibration": calibration, "workers": workers, "scheduler": scheduler, "slurm": slurm}
-    return interrupted(len(outcome.rows), total, folder, f"campaign {spec}", **again)
+    return interrupted(len(outcome.rows), total, folder, "campaign", spec, **again)
 
 
 def campaign_report(folder: Annotated[str, arg("A campaign's folder.", "DIR")]) -> int:
@@ -102,7 +102,7 @@ def tune(
     with campaign_progress() as report:
         outcome = campaigns.tune(spec, folder, workers=workers, resume=resume, progress=report)
     if not outcome.complete:
-        return interrupted(outcome.flown, outcome.total, folder, f"tune {spec}", workers=workers)
+        return interrupted(outcome.flown, outcome.total, folder, "tune", spec, workers=workers)
     for line in outcome.lines():
         print(line)
     output.places(Path(folder))

@@ -15,7 +15,8 @@ def salvage(
 ) -> None:
     """Write all that can be read of a bag or an MCAP file as a whole one, with an index.
 
-    Every topic is kept, to the byte, up to the last whole chunk; until when is said. No ROS is needed.
+    Every topic is kept, to the byte, up to the last whole chunk before the cut, or before damage; until when
+    is said. No ROS is needed.
 
     Examples:
         skylimb salvage out/ros-interrupted/01-flight.mcap flight.mcap

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from skylimb.apps.cli import output
 from skylimb.apps.cli.arguments import arg
-from skylimb.apps.cli.campaign_progress import INTERRUPTED, Resume, Workers, campaign_progress, interrupted
+from skylimb.apps.cli.campaign_progress import Resume, Workers, campaign_progress, interrupted
 from skylimb.apps.cli.options import within
 
 if TYPE_CHECKING:
@@ -43,8 +43,8 @@ def reproduce(
         outcome = reproduction.reproduce(out, draws or DRAWS, workers=workers, resume=resume, progress=report)
     if outcome.result is None:
         total = outcome.campaign.flight(outcome.campaign.spec.draws, 0)
-        again = f"reproduce --draws {draws or DRAWS}"
-        return interrupted(len(outcome.rows), total, out, again, workers=workers)
+        again = {"draws": draws or DRAWS, "workers": workers}
+        return interrupted(len(outcome.rows), total, out, "reproduce", **again)
     _show_reproduction(outcome.result)
     output.places(Path(out))
     return 0
@@ -83,8 +83,9 @@ def faults(
             progress=report,
         )  # fmt: skip
     if not outcome.complete:
-        print(f"interrupted; what was flown is kept in {out}; the same command with --resume goes on")
-        return INTERRUPTED
+        again = {"controllers": controllers, "only": only, "catalogue": catalogue}
+        again |= {"draws": draws, "workers": workers}
+        return interrupted(outcome.flown, outcome.total, out, "faults", **again)
     known = {fault.name: fault for fault in outcome.catalogue.faults}
     rows = [
         (row.fault, row.flown_by, *row.shares, "yes" if row.reached(known[row.fault]) else "no")

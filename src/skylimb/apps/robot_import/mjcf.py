@@ -16,7 +16,7 @@ import mujoco
 import numpy as np
 
 from skylimb.apps.robot_import.mapping import MappedRotor
-from skylimb.apps.robot_import.tree import add_joint, origin, rpy_of_z
+from skylimb.apps.robot_import.tree import add_joint, origin, rpy_of_z, write_inertia
 from skylimb.base.config import from_mapping
 from skylimb.base.errors import DescriptionError
 from skylimb.base.rotations import rotation_from_quaternion
@@ -93,17 +93,7 @@ class _Written:
             R = rotation_from_quaternion(model.body_iquat[k])
             inertial.append(origin(model.body_ipos[k], np.eye(3)))
             SubElement(inertial, "mass", {"value": repr(float(model.body_mass[k]))})
-            inertia = R @ np.diag(model.body_inertia[k]) @ R.T
-            places = {
-                "ixx": (0, 0),
-                "iyy": (1, 1),
-                "izz": (2, 2),
-                "ixy": (0, 1),
-                "ixz": (0, 2),
-                "iyz": (1, 2),
-            }
-            said = {key: repr(float(inertia[place])) for key, place in places.items()}
-            SubElement(inertial, "inertia", said)
+            write_inertia(SubElement(inertial, "inertia"), R @ np.diag(model.body_inertia[k]) @ R.T)
         for geom in np.flatnonzero(model.geom_bodyid == k).tolist():
             touches = model.geom_contype[geom] or model.geom_conaffinity[geom]
             for tag in ("visual", *(["collision"] if touches else [])):

@@ -8,7 +8,7 @@ import numpy as np
 
 from skylimb.apps.robot_import.doubts import Doubt, without_name
 from skylimb.apps.robot_import.roles import Roles
-from skylimb.apps.robot_import.tree import UrdfTree
+from skylimb.apps.robot_import.tree import INERTIA, UrdfTree, write_inertia
 from skylimb.base.errors import DescriptionError
 from skylimb.robots.links import Inertial
 from skylimb.robots.validation import check_inertial
@@ -27,8 +27,6 @@ _POINT = 1e-3
 
 _LIMITS = {"effort": (3.0, "N m"), "velocity": (0.5, "rad/s")}
 """Assumed where a joint's limit is missing or not positive."""
-
-_ENTRIES = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2)}
 
 _SPREAD = 1e-3
 """Share of the second moment that a mended inertia has at least along each axis."""
@@ -165,7 +163,7 @@ def _inertial(tree: UrdfTree, name: str) -> Inertial | None:
     if element is None:
         return None
     inertia = np.zeros((3, 3))
-    for key, (i, j) in _ENTRIES.items():
+    for key, (i, j) in INERTIA.items():
         try:
             inertia[i, j] = inertia[j, i] = float(element.get(key, "0"))
         except ValueError:
@@ -177,5 +175,4 @@ def _write_inertia(tree: UrdfTree, name: str, inertia: np.ndarray) -> None:
     link = tree.link(name)
     element = None if link is None else link.find("inertial/inertia")
     assert element is not None  # it was read from there
-    for key, place in _ENTRIES.items():
-        element.set(key, repr(float(inertia[place])))
+    write_inertia(element, inertia)

@@ -15,14 +15,13 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 
 from skylimb.apps.robot_import.sdf_include import ADDED, WHOLE, MergedModel
-from skylimb.apps.robot_import.tree import add_joint, origin
+from skylimb.apps.robot_import.tree import INERTIA, add_joint, origin
 from skylimb.base.errors import DescriptionError
 from skylimb.base.rotations import rotation_from_rpy
 
 _KINDS = ("revolute", "continuous", "prismatic", "fixed")
 _ENDLESS = 1e15
 """Limits beyond this are none, as SDF has it; rad or m."""
-_AXES = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
 
 def read_sdf(path: Path, folders: Sequence[Path] = ()) -> tuple[bytes, Mapping[str, Path]]:
@@ -96,11 +95,11 @@ class _Written:
             )
         inertia = None if inertial is None else inertial.find("inertia")
         # SDF assumes 1 kg and 1 kg m^2 where nothing is said.
-        values = {axis: _number(inertia, axis, float(axis in _AXES[:3])) for axis in _AXES}
+        values = {key: repr(_number(inertia, key, float(i == j))) for key, (i, j) in INERTIA.items()}
         body = SubElement(written, "inertial")
         body.append(origin(*self._seen(own @ _pose(inertial), name)))
         SubElement(body, "mass", {"value": repr(_number(inertial, "mass", 1.0))})
-        SubElement(body, "inertia", {axis: repr(value) for axis, value in values.items()})
+        SubElement(body, "inertia", values)
         for tag in ("visual", "collision"):
             for shape in link.findall(tag):
                 for kind, said in _shapes(shape.find("geometry")):

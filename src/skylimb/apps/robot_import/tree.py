@@ -15,6 +15,9 @@ from skylimb.base.rotations import rotation_from_rpy, rotation_from_vector
 from skylimb.base.xml_text import read_xml
 
 FIXED = "fixed"
+INERTIA = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2)}
+"""Where the numbers of an <inertia> stand in its matrix."""
+
 _ENDLESS = 2.0 * math.pi + 1e-6
 
 
@@ -237,6 +240,12 @@ def pose_at_rest(tree: UrdfTree, link: str) -> tuple[np.ndarray, np.ndarray]:
 def origin(xyz: np.ndarray, R: np.ndarray) -> Element:
     """An <origin> at a place (3,), m, with an orientation (3, 3)."""
     return Element("origin", {"xyz": _text(xyz), "rpy": _text(_rpy(R))})
+
+
+def write_inertia(element: Element, inertia: np.ndarray) -> None:
+    """Set the six numbers of an <inertia> to those of a matrix (3, 3), kg m^2."""
+    for key, place in INERTIA.items():
+        element.set(key, repr(float(inertia[place])))
 
 
 def add_joint(

@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from skylimb.analysis.exchange.recorder import FULL
 from skylimb.apps.studio.branching_flights import RESTARTED, BranchingFlights
 from skylimb.apps.studio.changes import with_push
 from skylimb.apps.studio.controls import IN_FLIGHT, PREFIX, values_of
@@ -233,8 +232,8 @@ class Session(BranchingFlights):
             else:
                 self._tell("report", folder=str(kept.folder))
         if self._recorder is not None and self._recorder.faults:
+            self._tell("error", text="; ".join(self._recorder.faults))
             self._recorder = None
-            self._tell("error", text=FULL)
         edited = [path.name for path in self._watcher.changed()]
         if edited:
             names = ", ".join(edited)

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import numpy as np
 
-from skylimb.base.errors import ConfigError, unknown_name
+from skylimb.base.errors import ConfigError
 from skylimb.base.keys import Key, Vector3, configuration, refused
 from skylimb.base.rotations import quaternion_from_rotation, rotation_from_quaternion
-from skylimb.flight.events.event import Event, EventContext, ModelRows
+from skylimb.flight.events.event import Event, EventContext, ModelRows, require_known
 from skylimb.robots.model import Robot
 from skylimb.simulation.contact_keys import TIP_GEOM, TIP_SITE
 
@@ -62,9 +62,7 @@ class BodyChange(Event):
 
     def require(self, context: EventContext) -> None:
         """The robot has such a link, of which enough is left, and a pen that is longer."""
-        names = [body.name for body in context.robot.bodies]
-        if self.link and self.link not in names:
-            raise unknown_name("link of a load", self.link, names)
+        require_known("link of a load", self.link, [body.name for body in context.robot.bodies])
         if self.pen and context.touches != "ball":
             raise ConfigError(f"{self}: a {context.touches}, plant.{context.touches}, does not break off")
         tip = context.robot.description.tip

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple,
 
 import numpy as np
 
+from skylimb.base.errors import unknown_name
 from skylimb.base.keys import Key, configuration, refused
 from skylimb.control.controller import Controller
 from skylimb.robots.model import Robot
@@ -109,6 +110,22 @@ class Event(abc.ABC):
 
     def __str__(self) -> str:
         return f"{self.kind} at {self.time:g} s"
+
+
+def require_known(kind: str, name: str, known: Sequence[str], optional: bool = True) -> None:
+    """Refuse a name of something that the robot has not.
+
+    Args:
+        kind: of what is named, and by what.
+        name: of it.
+        known: every name that would be right.
+        optional: whether none may be named.
+
+    Raises:
+        ConfigError: with the nearest right name.
+    """
+    if (name or not optional) and name not in known:
+        raise unknown_name(kind, name, known)
 
 
 @dataclass(frozen=True)

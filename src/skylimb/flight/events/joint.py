@@ -13,9 +13,8 @@ from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
-from skylimb.base.errors import unknown_name
 from skylimb.base.keys import Key, configuration, refused
-from skylimb.flight.events.event import Event, EventContext, ModelRows
+from skylimb.flight.events.event import Event, EventContext, ModelRows, require_known
 
 _FIELDS = ("actuator_gainprm", 1), ("actuator_biasprm", 3), ("actuator_ctrlrange", 2)
 
@@ -62,8 +61,7 @@ class JointFault(Event):
     def require(self, context: EventContext) -> None:
         """The robot has such a joint with a servo."""
         names = context.robot.description.moving_joints
-        if self.joint not in names:
-            raise unknown_name("joint of an event", self.joint, names)
+        require_known("joint of an event", self.joint, names, optional=False)
 
     @classmethod
     def effect(cls, events: Sequence[JointFault], context: EventContext, times: np.ndarray) -> ModelRows:

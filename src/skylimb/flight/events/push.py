@@ -13,9 +13,8 @@ from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 
-from skylimb.base.errors import unknown_name
 from skylimb.base.keys import Key, configuration, refused
-from skylimb.flight.events.event import Event, EventContext
+from skylimb.flight.events.event import Event, EventContext, require_known
 
 Vector = tuple[float, float, float]
 
@@ -57,9 +56,7 @@ class Push(Event):
 
     def require(self, context: EventContext) -> None:
         """The robot has such a link that moves by itself."""
-        names = [body.name for body in context.robot.bodies]
-        if self.link and self.link not in names:
-            raise unknown_name("link of a push", self.link, names)
+        require_known("link of a push", self.link, [body.name for body in context.robot.bodies])
 
     @classmethod
     def effect(cls, events: Sequence[Push], context: EventContext, times: np.ndarray) -> tuple[Wrench, ...]:

@@ -12,9 +12,8 @@ from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
-from skylimb.base.errors import unknown_name
 from skylimb.base.keys import Key, configuration
-from skylimb.flight.events.event import Change, Event, EventContext, ModelRows, write_changes
+from skylimb.flight.events.event import Change, Event, EventContext, ModelRows, require_known, write_changes
 
 
 @configuration
@@ -45,8 +44,7 @@ class RotorChange(Event):
     def require(self, context: EventContext) -> None:
         """The robot has such a rotor."""
         names = [rotor.name for rotor in context.robot.description.rotors]
-        if self.rotor and self.rotor not in names:
-            raise unknown_name("rotor of an event", self.rotor, names)
+        require_known("rotor of an event", self.rotor, names)
 
     @classmethod
     def effect(cls, events: Sequence[RotorChange], context: EventContext, times: np.ndarray) -> ModelRows:

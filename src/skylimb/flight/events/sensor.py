@@ -12,9 +12,9 @@ from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 
-from skylimb.base.errors import ConfigError, unknown_name
+from skylimb.base.errors import ConfigError
 from skylimb.base.keys import Key, Vector3, configuration, refused
-from skylimb.flight.events.event import Event, EventContext, TickRows
+from skylimb.flight.events.event import Event, EventContext, TickRows, require_known
 from skylimb.simulation.rows import row_layout
 from skylimb.simulation.sensors import LONGEST, SensorConfig, frame_numbers
 
@@ -91,9 +91,7 @@ class SensorFault(Event):
 
     def require(self, context: EventContext) -> None:
         """There is such a joint or an IMU, and frames are not older than the sensors remember."""
-        names = context.robot.description.moving_joints
-        if self.joint and self.joint not in names:
-            raise unknown_name("encoder of an event", self.joint, names)
+        require_known("encoder of an event", self.joint, context.robot.description.moving_joints)
         sensors = context.sensors
         if self.imu and not sensors.imu.on:
             raise ConfigError(f"{self}: there is no IMU that could fail; sensors.imu.on = true gives it one")

@@ -36,12 +36,16 @@ class Outcome:
             as a page.
         catalogue: what was flown.
         rows: in its order.
+        flown: flights that are kept.
+        total: flights that were asked for.
         complete: whether all of it was.
     """
 
     folder: Path
     catalogue: Catalogue
     rows: tuple[Row, ...]
+    flown: int
+    total: int
     complete: bool
 
 
@@ -77,19 +81,21 @@ def fly_faults(
         raise OutputError(
             f"output folder '{folder}' exists already; --resume goes on with one that was begun"
         )
-    rows: list[Row] = []
+    rows, count = list[Row](), 0
+    total = len(chosen.faults) * len(SIDES) * draws * len(chosen.controllers)
     for fault, supervised in product(chosen.faults, (False, True)):
         place = Path(SIDES[supervised]) / fault.name.replace(" ", "-")
         spec = chosen.campaign(fault, draws, supervised)
         flown = run_campaign(
             spec, folder / place, workers=workers, resume=(folder / place).exists(), progress=progress
         )
+        count += len(flown.rows)
         if flown.summary is None:
-            return Outcome(folder, chosen, tuple(rows), complete=False)
+            return Outcome(folder, chosen, tuple(rows), count, total, complete=False)
         rows += _rows(fault, supervised, flown, place)
     replace_text(folder / RESULT_FILE, json.dumps([asdict(row) for row in rows], indent=1) + "\n")
     replace_text(folder / PAGE_FILE, faults_page(chosen, rows))
-    return Outcome(folder, chosen, tuple(rows), complete=True)
+    return Outcome(folder, chosen, tuple(rows), count, total, complete=True)
 
 
 def _rows(fault: Fault, supervised: bool, flown: CampaignOutcome, place: Path) -> Iterator[Row]:
