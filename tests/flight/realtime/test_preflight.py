@@ -40,7 +40,8 @@ def test_a_robot_that_is_ready_passes_every_check() -> None:
     assert failed() == []
     assert [one.name for one in found] == [
         "attitude", "motion", "fence", "IMU's force", "IMU's turning", "age of mocap/pose", "age of imu",
-        "clock of mocap/pose", "clock of imu", "battery", "publishers of commands", "disk", "age of the calibration", "robot",
+        "clock of mocap/pose", "clock of imu", "battery", "publishers of commands", "disk",
+        "age of the calibration", "robot",
     ]  # fmt: skip
     assert [one.name for one in checks(Desk(), Measured(STANDS), LIMITS)] == [
         "attitude", "motion", "fence", "publishers of commands", "disk",
