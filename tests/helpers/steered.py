@@ -51,7 +51,7 @@ class Steered:
         self.plant = GroundedPlant(really if plant else self.takeoff)
         self.k, self.pacer = 0, stepped(period)
         missions = {"paper": self.takeoff.mission}
-        self.pilot = Pilot(Flyer(self.takeoff, chosen, missions, lab_link(self.robot), self.pacer))
+        self.pilot = Pilot(Flyer(self.takeoff, chosen, missions, lab_link(self.robot), self.pacer, 0))
         self.acknowledges, self.measures = True, True
         self.battery: float | None = None
         self.said: list[str] = []
