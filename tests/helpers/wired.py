@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter, deque
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -35,7 +36,10 @@ LAB = Path(__file__).parents[1] / "apps" / "ros" / "lab"
 
 
 class Wire:
-    """Controller and simulator in step; what one says the other hears at the next tick."""
+    """Controller and simulator in step; what one says the other hears at the next tick.
+
+    `plant` holds keys of a plant that is not what the controller believes.
+    """
 
     def __init__(
         self,
@@ -44,11 +48,12 @@ class Wire:
         dialect: Dialect = LAB_DIALECT,
         flown: tuple[str, str, Mapping[str, Any]] = FLOWN,
         cells: int = 6,
+        plant: Mapping[str, Any] = MappingProxyType({}),
     ) -> None:
         experiment, name, keys = flown
         takeoff, controller = ready(name) if flown is FLOWN else made_ready(*flown)
         config = read_lab_config([LAB / name for name in files], takeoff.robot)
-        (inner,) = take_off(experiment, (name,), set={**keys, "controller_rate": 1000.0})
+        (inner,) = take_off(experiment, (name,), set={**keys, **plant, "controller_rate": 1000.0})
         link = lab_link(takeoff.robot)
         self.pacer = pacer = stepped(takeoff.period)
         self.robot = Simulated(inner, link, pacer, servos=config.servos, dialect=dialect)

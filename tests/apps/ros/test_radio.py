@@ -50,6 +50,17 @@ def test_sticks_ask_for_a_velocity_in_the_robots_axes() -> None:
     assert steered(replace(REST, axes=(1.0,)), limits) is not None
 
 
+@pytest.mark.parametrize("wrong", [float("nan"), float("inf")])
+def test_an_axis_that_is_no_number_asks_for_nothing(wrong: float) -> None:
+    joy, sorter = replace(REST, axes=(0.0, 0.0, 0.0, wrong, 0.0)), MessageSorter(6)
+    received = sorter.sort([Arrived(JOY.name, joy, "/joy", 1.0)])
+    assert (received.requests, received.taken_over) == ((), False)
+    assert sorter.counts == {"axis of joy is no number": 1}
+    nav = steered(replace(joy, axes=(0.0, 0.0, 0.0, wrong, 1.0)), FlightLimits())
+    assert nav is not None
+    assert nav.velocity == (0.5, 0.0, 0.0)
+
+
 def test_what_a_radio_says_is_sorted_into_orders_and_steering() -> None:
     sorter = MessageSorter(6)
     received = sorter.sort([Arrived(JOY.name, FORWARD, "/joy", 1.0), Arrived(JOY.name, A, "/joy", 1.01)])
@@ -96,6 +107,22 @@ def test_a_radio_that_is_silent_lands_the_robot(hovering: Steered) -> None:
     hovering.fly(0.3)
     assert (hovering.state, hovering.ticks[-1].flying.shown) == (FlightState.LAND, FORCE_LANDING)
     assert "force landing: the radio is silent" in hovering.said
+
+
+def test_a_radio_that_is_silent_already_lets_nothing_begin() -> None:
+    robot = Steered()
+    robot.tick()
+    radio(robot, REST, 0.1)
+    robot.fly(1.2)
+    robot.tick(Order.START)
+    assert robot.said == ["start is refused: age of the radio: 1.21 s (at most 1)"]
+    radio(robot, REST, 0.1)
+    robot.tick(Order.START)
+    robot.until(FlightState.ARM_ON)
+    robot.fly(1.2)
+    robot.tick(Order.TAKEOFF)
+    assert any(words.startswith("takeoff stops: age of the radio") for words in robot.said)
+    assert robot.state == FlightState.STOP
 
 
 def test_another_pad_has_other_numbers() -> None:

@@ -56,6 +56,21 @@ def test_a_controller_that_begins_anew_may_go_on_hovering() -> None:
     assert not wire.armed
 
 
+@pytest.mark.usefixtures("rotors_come_up_slowly")
+def test_a_controller_that_begins_anew_sees_what_thrust_the_rotors_need() -> None:
+    wire = Wire(limits=replace(SOON, adopt="hover", takeoff_height=1.5), plant={"plant.thrust_scale": 0.85})
+    wire.hover()
+    before = wire.where[-1].copy()
+    killed(wire, 0.2)
+    wire.fly(4.0)
+    flight = wire.pilot.pilot.flight
+    assert flight is not None
+    assert flight.lift.needs == pytest.approx(1.0 / 0.85, rel=0.02)
+    assert wire.pilot.pilot.flying.state == FlightState.HOVER
+    assert np.linalg.norm(wire.where[-1] - before) < 0.1
+    assert np.array(wire.where)[-900:, 2].min() > before[2] - 0.3
+
+
 def test_rotors_that_the_supervisor_cuts_are_disarmed(hovering: Wire) -> None:
     flight = hovering.pilot.pilot.flight
     assert flight is not None

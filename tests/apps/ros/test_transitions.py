@@ -55,7 +55,7 @@ def test_a_whole_flight_goes_through_the_states() -> None:
     flying, _ = after(flying, seen(3.0, Order.LAND, position=UP))
     assert flying.state == FlightState.LAND
     below = HERE - [0.0, 0.0, 0.3]
-    flying, _ = after(flying, seen(3.6, target=below), seen(4.2, target=below))
+    flying, _ = after(flying, *(seen(3.0 + 0.6 * k, target=below, light=True) for k in range(1, 4)))
     assert (flying.state, flying.arming) == (FlightState.STOP, Arming.OFF)
     flying, _ = after(flying, seen(4.3), seen(4.4, acknowledged=1))
     assert flying.state == FlightState.ARM_OFF
@@ -121,7 +121,7 @@ def test_low_battery_lands(state: FlightState) -> None:
 
 
 def test_a_landing_stops_only_a_robot_that_stands() -> None:
-    landing = at(FlightState.LAND, height=0.2)
+    landing = at(FlightState.LAND, height=0.2, light=0.0)
     below = HERE - [0.0, 0.0, 0.2]
     for moving in (
         seen(0.6, target=HERE),  # on its way back from a surface
@@ -130,8 +130,43 @@ def test_a_landing_stops_only_a_robot_that_stands() -> None:
         seen(0.6, position=None, target=below),
         seen(0.4, target=below),
     ):
-        assert after(landing, moving)[0].state == FlightState.LAND
-    assert after(landing, seen(0.6, target=below))[0].state == FlightState.STOP
+        assert after(landing, replace(moving, light=True))[0].state == FlightState.LAND
+    assert after(landing, seen(0.6, target=below))[0].state == FlightState.LAND  # its rotors may carry it
+    short = at(FlightState.LAND, height=0.2, light=0.2)  # nor have they had the time to let it sink
+    assert after(short, seen(0.6, target=below, light=True))[0].state == FlightState.LAND
+    assert after(landing, seen(0.6, target=below, light=True))[0].state == FlightState.STOP
+
+
+def test_a_landing_takes_thrust_away_only_while_it_is_led_down_and_does_not_sink() -> None:
+    landing, below = at(FlightState.LAND, height=0.6), UP - [0.0, 0.0, 0.2]
+    stays, sinks = seen(0.1, position=UP, target=below), seen(0.2, position=UP, target=below, sinking=0.2)
+    assert after(landing, stays)[0].eases
+    assert after(landing, replace(stays, sinking=-0.5))[0].eases  # it climbs
+    assert not after(landing, stays, sinks)[0].eases
+    assert after(landing, stays, sinks, replace(stays, now=0.3))[0].eases
+    assert not after(landing, stays, replace(stays, target=UP))[0].eases
+    assert not after(landing, stays, replace(stays, target=None))[0].eases  # it goes back from a surface
+
+
+def test_a_blind_landing_counts_from_when_the_rotors_carry_it_no_more() -> None:
+    """What the accelerometer feels, and the time of a fall, say nothing of a robot that hovers by its IMU."""
+    blind = at(FlightState.LAND, force_landing=True, blind=0.0, above=0.8)  # 2 s of fall, 5 s at most
+    flying, said = after(blind, seen(0.9, position=None, rest=9.0), seen(4.9, position=None))
+    assert (flying.state, flying.eases, said) == (FlightState.LAND, False, [])
+    flying, said = after(flying, seen(4.9, position=None, rest=9.0))
+    assert (flying.state, flying.eases, said) == (FlightState.LAND, True, [])  # does it feel that?
+    flying, said = after(flying, seen(5.4, position=None))
+    assert (flying.state, flying.eases, said) == (FlightState.LAND, True, [])  # it is high time
+    light = [seen(6.0 + 0.6 * k, position=None, rest=9.0, light=True) for k in range(4)]
+    flying, said = after(flying, *light[:2])
+    assert (flying.state, said) == (FlightState.LAND, [])
+    flying, said = after(flying, *light[2:])
+    assert (flying.state, said) == (
+        FlightState.STOP,
+        ["blind landing ends: the accelerometer feels the ground"],
+    )
+    flying, said = after(blind, *(seen(0.6 * k, position=None, light=True) for k in range(20)))
+    assert (flying.state, said) == (FlightState.STOP, ["blind landing ends: it must be down after 5.4 s"])
 
 
 def test_halt_stops_and_force_landing_shows() -> None:

@@ -15,6 +15,7 @@ from skylimb.apps.ros.requests import Requests
 from skylimb.apps.ros.script import Script, after_tick
 from skylimb.apps.ros.states import Flying
 from skylimb.apps.ros.targets import Form, Place, RefusedError, Shape, Targets, duration_of
+from skylimb.apps.ros.thrust import Thrust
 from skylimb.apps.ros.tick import Inputs, Request, Tick
 from skylimb.control.estimation.calibration import SOUND
 from skylimb.control.loop.vehicle import nothing_measured
@@ -45,6 +46,7 @@ class Airborne:
     Attributes:
         targets: where it is led, while no mission or landing does.
         form: that is commanded.
+        thrust: what share of its thrusts the rotors are told.
         script: the mission under way; None without one.
         state: of the controller.
     """
@@ -54,13 +56,11 @@ class Airborne:
         limits = flyer.limits
         here = Place(body.cog, body.yaw, form)
         self._above = here._replace(position=np.array([*body.cog[:2], limits.takeoff_height]))
-        ground = float(body.cog[2])
-        self.lift = Lift(ground) if rises else Lift(ground, 1.0, True)
+        gravity = flyer.robot.description.gravity
+        self.thrust = Thrust(body, rises, gravity, flyer.period, self._hover_thrusts())
         self.targets = Targets(here, now)
         self._guard = flyer.guard()
         self._gains, self.state = self._guard.gains(), self._guard.initial_state()
-        q, psi, _, _ = flyer.references.posture(form)
-        self._hover = np.asarray(flyer.robot.at(q, psi).hover_thrusts)
         self._bounds = flyer.robot.thrust_limits()
         self._landing: Reference | None = None
         self._landing_since = now
@@ -69,6 +69,11 @@ class Airborne:
         self._back = 0.0
         self._bending: Bending | None = None
         self._refused = Counter[str]()
+
+    @property
+    def lift(self) -> Lift:
+        """How far its take-off is, and what that has learned."""
+        return self.thrust.lift
 
     @property
     def reference(self) -> Reference | None:
@@ -127,10 +132,11 @@ class Airborne:
     def land(self, now: float) -> None:
         """Lead it down from here, back from the surface first where it may touch one."""
         touching = self.script is not None and self.script.begun and self.script.mission.contact
-        self.lift = self.lift._replace(lifted=True)
+        self.thrust.lift = self.lift._replace(lifted=True)
         self._landing, self._landing_since = self.reference or self._flyer.held(self.targets.at(now)[1]), now
         self._back = BACK if touching else 0.0
         self.script = self._bending = None
+        self.thrust.hover = self._hover_thrusts()
 
     def lead_to(self, requests: Requests, request: Request, inputs: Inputs) -> None:
         """Turn a request into targets.
@@ -182,9 +188,9 @@ class Airborne:
         """
         if self.script is not None:
             raise RefusedError(f"'{self.script.name}' is being flown")
-        if mission.contact and abs(self.lift.share - 1.0) > SOUND:
+        if mission.contact and abs(self.lift.needs - 1.0) > SOUND:
             raise RefusedError(
-                f"its rotors needed {self.lift.share:.2f} times their thrust: it touches nothing"
+                f"its rotors needed {self.lift.needs:.2f} times their thrust: it touches nothing"
             )
         path = mission.reference.position
         for place in (path.min(axis=0), path.max(axis=0)):
@@ -202,12 +208,12 @@ class Airborne:
 
     def fly(self, flying: Flying, inputs: Inputs, body: Body | None, said: list[str]) -> Tick:
         """One tick."""
-        now, height = inputs.now, None if body is None else float(body.cog[2])
-        if self._landing is None:
-            before, gravity = self.lift, self._flyer.robot.description.gravity
-            self.lift = before.after(height, self._flyer.period, gravity)
-            if self.lift.lifted > before.lifted:
-                self._rise(now, body, said)
+        now, before = inputs.now, self.lift
+        self.thrust.next(body, flying.eases)
+        if self.lift.lifted > before.lifted:
+            self._rise(now, body)
+        if self.lift.needs != before.needs:
+            said.append(f"the rotors need {self.lift.needs:.2f} times the thrust of the robot's file")
         reference, script = self._lead(now, body, said)
         measurement = inputs.measurement or nothing_measured(self._flyer.robot, self._flyer.plan.needs.imu)
         self._guard.taken(*inputs.taken)
@@ -219,29 +225,34 @@ class Airborne:
             said.append(f"controller '{self._flyer.controller.name}' failed: {self._failed}")
         if not self.lift.lifted:  # the controller is tried, and what it makes is not flown
             command = self._hovering(self.lift.share)
+            self.thrust.told(command)
             return Tick(flying, command, True, None, {}, None, body, tuple(said))
         self.state = state
         if script is not None and script.begun:
             self.script = after_tick(script, float(signals[PACE]) if self._flyer.plan.needs.paced else None)
             self._end_mission(self.script, now, said)
         flown, scale = self.reference or reference, self.lift.share
+        self.thrust.told(command, scale)
         _, _, frames, _ = self._flyer.references.posture(self.form)
         yaw = float(flown.heading) + frames.yaw_in_C - frames.tip_heading
         return Tick(flying, command, True, flown, signals, script, body, tuple(said), yaw, scale)
 
-    def _rise(self, now: float, body: Body | None, said: list[str]) -> None:
+    def _rise(self, now: float, body: Body | None) -> None:
         """On from where it left the ground, with the thrust that it took."""
         place = self.targets.place
         self.targets = self.targets.hold(place if body is None else place._replace(position=body.cog), now)
         duration = duration_of(self.targets.place, self._above, self._flyer.limits, RISE)
         self.targets = self.targets.go(self._above, now, duration)
-        if self.lift.share != 1.0:
-            said.append(f"the rotors need {self.lift.share:.2f} times the thrust of the robot's file")
+
+    def _hover_thrusts(self) -> np.ndarray:
+        """In the posture that is commanded, N, (n,)."""
+        q, psi, _, _ = self._flyer.references.posture(self.form)
+        return np.asarray(self._flyer.robot.at(q, psi).hover_thrusts)
 
     def _hovering(self, share: float) -> Command:
         """A share of the hover thrusts, in the posture that is commanded."""
         q, psi, _, _ = self._flyer.references.posture(self.form)
-        return Command(np.clip(share * self._hover, *self._bounds), q, psi)
+        return Command(np.clip(share * self.thrust.hover, *self._bounds), q, psi)
 
     def _lead(self, now: float, body: Body | None, said: list[str]) -> tuple[Reference, Script | None]:
         """The reference of now, and the mission that it is of."""

@@ -12,7 +12,11 @@ from skylimb.apps.ros.messages import Arrived
 
 STILL_FORCE, STILL_RATE = 0.3, 0.05
 """How far from gravity the specific force of a robot that rests may be, m/s^2, and how fast it may turn,
-rad/s; one that sinks with 95 % of its weight feels 0.5 m/s^2 less."""
+rad/s; one that sinks with 95 % of its weight feels 0.5 m/s^2 less. One that hovers, or sinks evenly, feels
+the same: who asks has to know that the rotors do not carry it."""
+
+SILENT = 0.1
+"""Seconds after which an accelerometer that says nothing new says nothing any more."""
 
 
 class Heard(NamedTuple):
@@ -21,11 +25,13 @@ class Heard(NamedTuple):
     Attributes:
         at: when the newest message of each came, s.
         stamps: what it was stamped with, s.
-        rests: since when the accelerometer has felt nothing but the ground, s.
+        felt: when an accelerometer was heard last, s.
+        rests: since when it has felt its weight and nothing else, s.
     """
 
     at: dict[str, float] = {}  # noqa: RUF012 - never written into
     stamps: dict[str, float] = {}  # noqa: RUF012
+    felt: float = -math.inf
     rests: float = math.inf
 
     def take(self, arrived: Arrived, gravity: float) -> Heard:
@@ -33,13 +39,20 @@ class Heard(NamedTuple):
         value: Any = arrived.value
         if not hasattr(value, "stamp"):
             return self
-        rests = self.rests
-        if isinstance(value, Imu):
-            felt, turns = float(np.linalg.norm(value.acceleration)), float(np.linalg.norm(value.gyro))
-            still = abs(felt - gravity) < STILL_FORCE and turns < STILL_RATE
-            rests = min(rests, arrived.at) if still else math.inf
         at, stamps = {**self.at, arrived.topic: arrived.at}, {**self.stamps, arrived.topic: value.stamp}
-        return Heard(at, stamps, rests)
+        heard = self._replace(at=at, stamps=stamps)
+        if not isinstance(value, Imu):
+            return heard
+        size, turns = float(np.linalg.norm(value.acceleration)), float(np.linalg.norm(value.gyro))
+        still = abs(size - gravity) < STILL_FORCE and turns < STILL_RATE
+        # Nobody knows what it felt while it was silent.
+        since = self.rests if arrived.at - self.felt <= SILENT else arrived.at
+        rests = min(since, arrived.at) if still else math.inf
+        return heard._replace(felt=arrived.at, rests=rests)
+
+    def rest(self, now: float) -> float:
+        """For how long the accelerometer has felt its weight and nothing else, s; 0 while it is silent."""
+        return max(0.0, now - self.rests) if now - self.felt <= SILENT else 0.0
 
     def ages(self, now: float) -> dict[str, float]:
         """Of the newest message of each, s."""

@@ -23,6 +23,8 @@ class FlightLimits(StartLimits):
         landed_speed: speed down below which it may stand, m/s.
         landed_lead: how far the target has to be below a robot that stands, m; ours, so that none is stopped
             in the air on its way back from a surface.
+        landed_sinking: speed down below which such a robot gets less and less thrust, m/s; ours, half of that
+            of a landing.
         blind_fall: acceleration with which a blind robot sinks at least, m/s^2; ours.
         blind_margin: time beyond that of the fall after which it is down in any case, s; ours.
         disarmed: time in which a flight controller that was disarmed may still say otherwise, s; ours.
@@ -53,6 +55,7 @@ class FlightLimits(StartLimits):
     landed_way: float = 0.02
     landed_speed: float = 0.05
     landed_lead: float = 0.1
+    landed_sinking: float = 0.15
     blind_fall: float = 0.4
     blind_margin: float = 2.0
     disarmed: float = 0.3

@@ -106,7 +106,11 @@ class Pilot:
         battery = np.nan if self._battery is None and self.flyer.cells else self._battery
         ages = {**inputs.ages, **believed}
         measured = Measured(body, ages, inputs.offsets, battery, self._foreign, self._imu.off)
-        return [*checks(self.flyer.desk, measured, self.flyer.limits)]
+        found, silent = [*checks(self.flyer.desk, measured, self.flyer.limits)], inputs.now - self._radio
+        if np.isfinite(silent):  # it was heard once, and has to be heard on
+            most = self.flyer.limits.radio
+            found.append(Check("age of the radio", f"{silent:.3g} s", f"at most {most:g}", silent <= most))
+        return found
 
     @property
     def faults(self) -> Counter[str]:
@@ -183,6 +187,8 @@ class Pilot:
             received.armed,
             inputs.rest,
             flight is not None and flight.cut,
+            # Whom nobody commands here the flight controller brings down by itself.
+            flight is None or flight.thrust.light,
         )
 
     def _lead(self, flight: Airborne, inputs: Inputs, said: list[str]) -> None:

@@ -68,7 +68,7 @@ class Piloted(ABC):
         measured, taken = self._measured(now)
         received = replace(received, acknowledged=self._acknowledged(received))
         heard = self._heard.ages(now), self._heard.offsets(stamp - now)
-        rest = max(0.0, now - self._heard.rests)
+        rest = self._heard.rest(now)
         tick = self.pilot.tick(Inputs(now, measured, taken, received, now - stamp, *heard, rest))
         out = [*self._messages(stamp, measured, tick), *self._switched(arrived, tick)]
         if measured is not None:

@@ -6,6 +6,8 @@ once has to be heard on: it sends also while nobody touches it.
 
 from __future__ import annotations
 
+import math
+
 from skylimb.analysis.exchange.messages import Joy, Nav, NavMode
 from skylimb.apps.ros.limits import FlightLimits
 from skylimb.apps.ros.pad import Pad
@@ -29,7 +31,8 @@ def steered(joy: Joy, limits: FlightLimits) -> Nav | None:
     """The velocity that the sticks ask for; None while they rest."""
     pad = limits.pad
     pushed = (sum(joy.axes[number : number + 1]) for number in (pad.forward, pad.left, pad.up, pad.yaw))
-    x, y, z, turn = (axis * (abs(axis) > DEAD) for axis in pushed)
+    # What is no number asks for nothing: nobody pushes a stick that far.
+    x, y, z, turn = (axis if math.isfinite(axis) and abs(axis) > DEAD else 0.0 for axis in pushed)
     if not any((x, y, z, turn)):
         return None
     velocity = (limits.fastest * x, limits.fastest * y, limits.fastest * z)

@@ -59,6 +59,8 @@ class MessageSorter:
             elif one.topic in _SENSORS:
                 said |= self._of_the_robot(one)
             elif isinstance(one.value, Joy):
+                if not all(map(math.isfinite, one.value.axes)):
+                    self.counts["axis of joy is no number"] += 1
                 orders += ordered(self._joy, one.value, self._limits.pad)
                 self._joy, asked = one.value, steered(one.value, self._limits)
                 requests += [] if asked is None else [asked]

@@ -66,8 +66,9 @@ class Seen:
         broken: why the flight has to be broken off; empty while it has not.
         refused: why a flight must not begin; nothing where it may.
         armed: whether the flight controller says that it is armed; None where it has said nothing since.
-        rest: for how long the accelerometer has felt nothing but the ground, s.
+        rest: for how long the accelerometer has felt its weight and nothing else, s.
         cut: whether the supervisor has cut the rotors.
+        light: whether the rotors are told less than any robot flies with.
     """
 
     now: float
@@ -82,6 +83,7 @@ class Seen:
     armed: bool | None = None
     rest: float = 0.0
     cut: bool = False
+    light: bool = False
 
 
 @dataclass(frozen=True)
@@ -95,6 +97,8 @@ class Flying:
         settled: since when a take-off has been near its target, s.
         looked: when a landing was last looked at, s.
         height: where it was then, m.
+        eases: whether a landing that does not sink takes thrust away.
+        light: since when the rotors have been told less than any robot flies with, s.
         blind: since when the position is not known, s.
         above: the height above the origin at which it was known last, m.
         force_landing: whether the landing is a forced one.
@@ -107,6 +111,8 @@ class Flying:
     settled: float = math.inf
     looked: float = 0.0
     height: float = math.inf
+    eases: bool = False
+    light: float = math.inf
     blind: float = math.nan
     above: float = UNKNOWN_HEIGHT
     force_landing: bool = False

@@ -62,7 +62,7 @@ class Inputs:
         received: since the last tick.
         ages: of the newest message of each sensor, s.
         offsets: of the sensors' clocks from ours, s.
-        rest: for how long the accelerometer has felt nothing but the ground, s.
+        rest: for how long the accelerometer has felt its weight and nothing else, s.
         stamp_offset: what has to be added to a request's stamp for our clock, s.
     """
 

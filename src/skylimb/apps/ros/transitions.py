@@ -8,6 +8,9 @@ Numbers are those of the lab's navigator. Two of its transitions are refused her
 flies: `takeoff` in the air, which stops the motors there, and `start` in the air, which resets the
 controller. Who begins anew knows nothing of a flight that is under way: so `halt` and `force_landing` act
 in every state, and a flight controller that says that it is armed is believed.
+
+A third one asks for more than the lab does. A landing that does not sink, or that sees nothing, may be one
+that hovers. So it first takes thrust away, and no landing stops motors that are told enough to carry a robot.
 """
 
 from __future__ import annotations
@@ -33,7 +36,7 @@ def advance(flying: Flying, seen: Seen, limits: FlightLimits) -> tuple[Flying, t
         The new state, and what has to be said to people, one line each.
     """
     said: list[str] = []
-    flying = _placed(flying, seen)
+    flying = replace(_placed(flying, seen), light=min(flying.light, seen.now) if seen.light else math.inf)
     if seen.battery is not None:
         low = seen.battery < limits.low_battery
         if low and not flying.low_battery:
@@ -89,7 +92,8 @@ def _found_armed(flying: Flying, seen: Seen, limits: FlightLimits, said: list[st
 def _enter(flying: Flying, state: FlightState, seen: Seen) -> Flying:
     height = math.inf if seen.position is None else float(seen.position[2])
     settled = seen.now if state == FlightState.TAKEOFF else flying.settled
-    return replace(flying, state=state, since=seen.now, settled=settled, looked=seen.now, height=height)
+    begun = replace(flying, state=state, since=seen.now, settled=settled)
+    return replace(begun, looked=seen.now, height=height, eases=False)
 
 
 def _halt(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
@@ -167,28 +171,37 @@ def _in_takeoff(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str
 def _in_land(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
     height = None if seen.position is None else float(seen.position[2])
     if height is not None and seen.target is None:  # it does not sink yet
-        return replace(flying, looked=seen.now, height=height)
-    if seen.now - flying.looked <= limits.landed_time:
-        return flying
+        return replace(flying, looked=seen.now, height=height, eases=False)
     if height is None or seen.target is None:
         return _in_blind_land(flying, seen, limits, said)
     leads = height - float(seen.target[2]) > limits.landed_lead
+    flying = replace(flying, eases=leads and seen.sinking < limits.landed_sinking)
+    if seen.now - flying.looked <= limits.landed_time:
+        return flying
     still = abs(height - flying.height) < limits.landed_way and seen.sinking < limits.landed_speed
-    if leads and still:
+    if leads and still and seen.now - flying.light > limits.landed_time:
         return _enter(flying, FlightState.STOP, seen)
     return replace(flying, looked=seen.now, height=height)
 
 
 def _in_blind_land(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
-    """Down by what the accelerometer feels, else by the time that a fall with nearly the weight takes."""
+    """Down by what the accelerometer feels, else by the time that a fall with nearly the weight takes.
+
+    It feels the same in steady flight as on the ground, and who flies by it need not fall: both count from
+    when the rotors do not carry the robot. Where they still may after that time, or where it feels the ground,
+    thrust is taken away: what flies then falls, and feels it.
+    """
     fall = math.sqrt(2.0 * max(flying.above, 0.0) / limits.blind_fall)
-    blind = seen.now - flying.blind
-    stands = blind > 0.5 * fall and seen.rest > limits.landed_time
-    if stands or blind > 1.5 * fall + limits.blind_margin:
-        what = "the accelerometer feels the ground" if stands else f"it must be down after {blind:.1f} s"
+    longest = 1.5 * fall + limits.blind_margin
+    blind, light = seen.now - flying.blind, seen.now - flying.light
+    falls = min(blind, light)
+    stands = falls > 0.5 * fall and min(seen.rest, light) > limits.landed_time
+    if stands or falls > longest:
+        what = "the accelerometer feels the ground" if stands else f"it must be down after {falls:.1f} s"
         said.append(f"blind landing ends: {what}")
         return _enter(flying, FlightState.STOP, seen)
-    return replace(flying, looked=seen.now, height=math.inf)
+    eases = blind > longest or (blind > 0.5 * fall and seen.rest > limits.landed_time)
+    return replace(flying, looked=seen.now, height=math.inf, eases=eases)
 
 
 def _in_stop(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:

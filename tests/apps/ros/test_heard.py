@@ -1,0 +1,29 @@
+"""What sensors tell beside what they measure."""
+
+from __future__ import annotations
+
+import pytest
+
+from skylimb.analysis.exchange.lab_topics import IMU
+from skylimb.analysis.exchange.messages import Imu
+from skylimb.apps.ros.heard import Heard
+from skylimb.apps.ros.messages import Arrived
+
+G = 9.81
+
+
+def felt(heard: Heard, begin: float, end: float, force: float = G) -> Heard:
+    for k in range(round((end - begin) / 0.005)):
+        at = begin + 0.005 * k
+        imu = Imu(at, (0.0, 0.0, 0.0), (0.0, 0.0, force), (1.0, 0.0, 0.0, 0.0))
+        heard = heard.take(Arrived(IMU.name, imu, "/spinal", at), G)
+    return heard
+
+
+def test_an_accelerometer_that_is_silent_feels_no_ground() -> None:
+    heard = felt(Heard(), 0.0, 1.0)
+    assert heard.rest(1.0) == pytest.approx(1.0)
+    assert heard.rest(1.2) == 0.0
+    heard = felt(heard, 2.0, 2.3)
+    assert heard.rest(2.3) == pytest.approx(0.3)  # nobody knows what it felt before
+    assert felt(heard, 2.3, 2.4, 0.9 * G).rest(2.4) == 0.0
