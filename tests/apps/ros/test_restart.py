@@ -68,7 +68,7 @@ def test_a_controller_that_begins_anew_sees_what_thrust_the_rotors_need() -> Non
     assert flight.lift.needs == pytest.approx(1.0 / 0.85, rel=0.02)
     assert wire.pilot.pilot.flying.state == FlightState.HOVER
     assert np.linalg.norm(wire.where[-1] - before) < 0.1
-    assert np.array(wire.where)[-900:, 2].min() > before[2] - 0.3
+    assert np.array(wire.where)[-900:, 2].min() > before[2] - 0.45
 
 
 def test_rotors_that_the_supervisor_cuts_are_disarmed(hovering: Wire) -> None:

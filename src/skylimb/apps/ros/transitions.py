@@ -188,8 +188,8 @@ def _in_blind_land(flying: Flying, seen: Seen, limits: FlightLimits, said: list[
     """Down by what the accelerometer feels, else by the time that a fall with nearly the weight takes.
 
     It feels the same in steady flight as on the ground, and who flies by it need not fall: both count from
-    when the rotors do not carry the robot. Where they still may after that time, or where it feels the ground,
-    thrust is taken away: what flies then falls, and feels it.
+    when the rotors do not carry the robot. Where they still may after that time, or where the ground may be
+    felt, thrust is taken away: what flies then falls, and feels it.
     """
     fall = math.sqrt(2.0 * max(flying.above, 0.0) / limits.blind_fall)
     longest = 1.5 * fall + limits.blind_margin
