@@ -269,6 +269,12 @@ def _table(tables: dict[str, Any], name: str, where: str) -> dict[str, Any]:
     return table
 
 
+def require_contact(experiment: Experiment, called: str, purpose: str) -> None:
+    """Raise a `ConfigError` for an experiment that touches nothing: there is nothing to `purpose` then."""
+    if not experiment.approach.contact:
+        raise ConfigError(f"{called} touches nothing (approach.contact); there is nothing to {purpose}")
+
+
 def robot_of(experiment: Experiment) -> Robot:
     """The robot of an experiment, at the experiment's place; see `load_robot`."""
     return load_robot(experiment.robot, experiment.gravity)
