@@ -131,11 +131,9 @@ def _started_clear(plan: FlightPlan) -> Experiment:
     The robot must be clear of it as it is planned, and as its servos give way before take-off.
     """
     experiment, robot, mission = plan.experiment, plan.robot, plan.mission
-    planned, standing = (
-        points_of(robot, mission.first),
-        start_points(Takeoff(experiment, robot, plan.controller)),
-    )
-    points, radius = np.vstack([planned, standing]), robot.description.tip.radius
+    standing = start_points(Takeoff(experiment, robot, plan.controller))
+    points = np.vstack([points_of(robot, mission.first), standing])
+    radius = robot.description.tip.radius
     here = experiment.surface, points, radius, mission.frame.contact
     if way_clear(*here) == 0.0:
         return experiment

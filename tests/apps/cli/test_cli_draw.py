@@ -70,8 +70,8 @@ def test_a_drawing_that_begins_where_the_surface_stands_out_starts_farther_off(
     words = ["draw", str(svg), "--out", str(tmp_path / "a"), "--set", *SHORT, "stop_at=0.1"]
     code, _, err = call(words, capsys)
     assert code == 0
-    assert "approach.standoff = 0.216 m in place of 0.1 m" in err
-    assert "standoff = 0.216" in (tmp_path / "a" / "config.toml").read_text()
+    assert "approach.standoff = 0.231 m in place of 0.1 m" in err
+    assert "standoff = 0.231" in (tmp_path / "a" / "config.toml").read_text()
     # A standoff that is asked for stays; the message names what is needed, and that is enough.
     words[3] = str(tmp_path / "b")
     code, _, err = call([*words, "approach.standoff=0.1"], capsys)
