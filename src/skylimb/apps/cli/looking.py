@@ -82,12 +82,12 @@ def _kind_of_path(name: str) -> str:
     """
     from skylimb.base.config import read_toml
     from skylimb.base.plugins import added_names
-    from skylimb.control.slots import SLOTS
+    from skylimb.control.file_kinds import kind_of_tables
     from skylimb.robots.loader import list_robots
 
     if name.endswith(".toml"):
-        keys = read_toml(name).keys()
-        return "robot" if "urdf" in keys else "controller" if keys & {*SLOTS, "file"} else "experiment"
+        kind = kind_of_tables(read_toml(name))
+        return kind if kind in _SHOWN else "experiment"
     if name.endswith(".py"):
         return "controller"
     if Path(name).is_dir() and name not in list_robots():
