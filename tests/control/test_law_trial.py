@@ -57,3 +57,16 @@ def test_signals_are_those_of_every_call(tmp_path: Path, robot: Robot) -> None:
 def test_a_function_that_is_none_is_named(tmp_path: Path, robot: Robot) -> None:
     with pytest.raises(UserCodeError, match=r"^translation law 'law\.py': prepare is no function"):
         read(tmp_path, robot, LAW + "prepare = 3\n")
+
+
+@pytest.mark.parametrize(
+    ("state", "told"),
+    [
+        ("0", "returns 0, expected floats"),
+        ("[0.0, 'a']", "returns [0.0, 'a'], expected floats"),
+        ("(0.0, {'on': True})", "returns True as 1.on, expected floats"),
+    ],
+)
+def test_a_first_state_is_made_of_floats(tmp_path: Path, robot: Robot, state: str, told: str) -> None:
+    with pytest.raises(UserCodeError, match=re.escape(f"translation law 'law.py': initial_state {told}")):
+        read(tmp_path, robot, LAW.replace("np.ones(1)", state))

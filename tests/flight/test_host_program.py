@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import skylimb
+from skylimb.analysis.report.output import write_records
 from skylimb.apps.cli.main import main
 from skylimb.base.errors import ConfigError
 from skylimb.flight.export.host import FLIGHT, export_with_flight, host_input
@@ -81,3 +83,30 @@ def test_input_that_is_cut_is_told(
         assert subprocess.run([program], input=part, capture_output=True, check=False).returncode == 1
     with pytest.raises(ConfigError, match="cannot be written as C"):
         host_input(run, takeoff.experiment, type("Own", (), {"name": "own"})())  # type: ignore[arg-type]
+
+
+PLAIN = """from dataclasses import dataclass
+import numpy as np
+@dataclass(frozen=True)
+class Gains: ...
+def initial_state(gains, start): return ()
+def step(gains, state, inputs):
+    model = inputs.estimate.body.model
+    return state, np.array([float(part) for part in model.mass * model.gravity]), {}
+"""
+
+
+def test_a_law_in_python_is_named_where_it_stays(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("plain.py").write_text(PLAIN, encoding="utf-8")
+    law = {"controller.translation.law": str(tmp_path / "plain.py")}
+    flown = skylimb.run("free_flight", set={**law, "stop_at": 0.02})
+    write_records({flown.name: flown}, "flown")
+    assert main(["export-c", "--log", "flown", "c"]) == 2
+    err = capsys.readouterr().err
+    (copy,) = Path("flown/sources").rglob("plain.py")
+    assert f"'{copy.relative_to('flown')}' flies in Python and cannot be written as C: sources/" in err
+    assert "skylimb-" not in err
+    assert err.count("\n") == 1

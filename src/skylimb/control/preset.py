@@ -12,6 +12,7 @@ from skylimb.base.errors import ConfigError, UnknownNameError, unknown_name
 from skylimb.base.keys.key import shown
 from skylimb.base.plugins import added_file, added_names
 from skylimb.base.signals import Signal
+from skylimb.control.file_kinds import require_kind
 from skylimb.control.law_fields import require_fit
 from skylimb.control.laws import Laws
 from skylimb.control.needs import Needs, merged
@@ -96,9 +97,14 @@ def preset_mapping(name_or_path: str) -> tuple[dict[str, Any], Path]:
 
     Raises:
         UnknownNameError: when it is neither a controller's name nor a file.
+        ConfigError: when the file cannot be read, or is an experiment's.
     """
     path = preset_file(name_or_path)
-    return ({"file": path.name} if path.suffix == ".py" else read_toml(path)), path
+    if path.suffix == ".py":
+        return {"file": path.name}, path
+    tables = read_toml(path)
+    require_kind(tables, name_or_path, "controller")
+    return tables, path
 
 
 def preset_file(name_or_path: str) -> Path:

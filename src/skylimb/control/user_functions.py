@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from types import ModuleType
 from typing import Any, NamedTuple
 
@@ -12,6 +12,7 @@ import numpy as np
 
 from skylimb.base.errors import UserCodeError
 from skylimb.base.packing import with_floats
+from skylimb.base.record_tree import below, children_of, is_leaf
 from skylimb.base.signals import declared_signals
 from skylimb.base.user_code import UserCode, guarded
 from skylimb.base.user_modules import sources_of_module
@@ -55,6 +56,7 @@ class UserLaw:
             setattr(self, name, with_floats_of(traceable(function, what)))
         for name in others:
             setattr(self, name, guarded(getattr(module, name), what))
+        self.initial_state = _of_floats(guarded(module.initial_state, what), what)
         for name in ("PROVIDES", "REQUIRES", "OPTIONAL"):
             if hasattr(module, name):
                 setattr(self, name, getattr(module, name))
@@ -68,6 +70,35 @@ def _handed(function: Callable[..., Any]) -> Callable[..., Any]:
         return function(prepared.gains, *given, prepared.made)
 
     return call
+
+
+def _of_floats(initial_state: Callable[..., Any], what: str) -> Callable[..., Any]:
+    """A law's `initial_state`; what it returns is refused where a number in it is no float, or no number."""
+
+    @functools.wraps(initial_state)
+    def call(*given: Any) -> Any:
+        state = initial_state(*given)
+        for path, odd in _no_floats(state, ""):
+            raise UserCodeError(
+                f"{what}: initial_state returns {odd!r}{path and f' as {path}'}, expected floats and arrays, "
+                "0.0 and not 0"
+            )
+        return state
+
+    return call
+
+
+def _no_floats(record: Any, path: str) -> Iterator[tuple[str, Any]]:
+    """Dotted name and value of all in a record that is no record itself and has no room in a flat vector."""
+    if is_leaf(record):
+        if not is_symbolic(record) and np.asarray(record).dtype.kind not in "fiub":
+            yield path, record
+        return
+    children = list(children_of(record))
+    if not children and record is not None and record not in ((), {}):
+        yield path, record
+    for name, child in children:
+        yield from _no_floats(child, below(path, name))
 
 
 def with_floats_of(function: Callable[..., Any]) -> Callable[..., Any]:

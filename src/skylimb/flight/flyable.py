@@ -25,7 +25,7 @@ def require_flyable(surface: Surface, robot: Robot, mission: Mission) -> None:
     """
     tip = robot.description.tip
     require_fits(surface, tip.radius)
-    require_clear(surface, points_of(robot, mission.first), tip.radius, robot.name)
+    require_clear(surface, points_of(robot, mission.first), tip.radius, robot.name, mission.frame.contact)
     if mission.contact:
         require_path(surface, mission.tip_path[mission.in_phase("slide", "lift")])
 

@@ -153,15 +153,21 @@ def simulated(plan: FlightPlan, own_plant: UserPlant | None = None) -> Takeoff:
 
 
 def _require_takeoff(takeoff: Takeoff, known: Sequence[Event] = ()) -> None:
-    experiment, start, model = takeoff.experiment, takeoff.start, takeoff.plant.model
+    experiment = takeoff.experiment
     context = takeoff.event_context._replace(plant=takeoff.plant)
     require_events(experiment.events, context, float(takeoff.times[-1]), known)
     if takeoff.own_plant is not None:
         require_own(takeoff.plant, takeoff.own_plant)
         require_applied(experiment.events, OWN_PLANT_KINDS, f"plant '{plant_name(takeoff.own_plant)}'")
+    tip, axis = takeoff.robot.description.tip, takeoff.mission.frame.contact
+    require_clear(experiment.surface, start_points(takeoff), tip.radius, takeoff.robot.name, axis)
+
+
+def start_points(takeoff: Takeoff) -> np.ndarray:
+    """Origins of all bodies and the tip as the robot stands before take-off, W, m, (k, 3)."""
+    model, start = takeoff.plant.model, takeoff.start
     bodies = [i for i in range(1, model.nbody) if not model.body(i).name.startswith("surface")]
-    points = np.vstack([start.xpos[bodies], start.site(TIP_SITE).xpos])
-    require_clear(experiment.surface, points, takeoff.robot.description.tip.radius, takeoff.robot.name)
+    return np.vstack([start.xpos[bodies], start.site(TIP_SITE).xpos])
 
 
 def take_off(

@@ -62,6 +62,24 @@ def test_a_folder_of_a_drawing_flies_again(tmp_path: Path, capsys: pytest.Captur
     np.testing.assert_array_equal(a.reference_line.values, b.reference_line.values)
 
 
+def test_a_drawing_that_begins_where_the_surface_stands_out_starts_farther_off(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    svg = tmp_path / "stroke.svg"
+    svg.write_text('<svg xmlns="http://www.w3.org/2000/svg"><path d="M90 50 H10" stroke="#000"/></svg>')
+    words = ["draw", str(svg), "--out", str(tmp_path / "a"), "--set", *SHORT, "stop_at=0.1"]
+    code, _, err = call(words, capsys)
+    assert code == 0
+    assert "approach.standoff = 0.231 m in place of 0.1 m" in err
+    assert "standoff = 0.231" in (tmp_path / "a" / "config.toml").read_text()
+    # A standoff that is asked for stays; the message names what is needed, and that is enough.
+    words[3] = str(tmp_path / "b")
+    code, _, err = call([*words, "approach.standoff=0.1"], capsys)
+    assert code == 2
+    assert "approach.standoff is too small: with 0.042 m more" in err
+    assert call([*words, "approach.standoff=0.142"], capsys)[0] == 0
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
@@ -77,6 +95,14 @@ def test_a_folder_of_a_drawing_flies_again(tmp_path: Path, capsys: pytest.Captur
             "did you mean 'hybrid'",
         ),
         (["--text", "hi", "--width", "3"], "leaves surface"),
+        (["--text", "hi", "--set", "trajectory.shape=circle"], "trajectory.shape = 'circle' is no drawing"),
+        (
+            ["--text", "hi", "--width", "0.3", "--set", "trajectory.width=0.2"],
+            "width = 0.3 and trajectory.width = 0.2 both say it",
+        ),
+        (["--text", "hi", "--set", "trajectory.text=ho"], "text = 'hi' and trajectory.text = 'ho'"),
+        (["--text", "hi", "--surface", "push"], "push touches nothing (approach.contact)"),
+        (["--text", "hi", "--surface", "free_flight"], "free_flight touches nothing (approach.contact)"),
         (["--text", "hi", "--set", "trajectory.colour=3"], "unknown key"),
     ],
 )

@@ -18,3 +18,27 @@ def test_curves_are_few_and_straight_pieces_may_be_many(monkeypatch: pytest.Monk
     assert read(" q 1 2 2 0" * 3) > 11
     with pytest.raises(ConfigError, match=r"mine\.svg has 4 curves, more than 3; make it simpler"):
         read(" q 1 2 2 0" * 4)
+
+
+@pytest.mark.parametrize(
+    ("words", "seen"),
+    [
+        ("%s", True),
+        ('<g opacity="0">%s</g>', False),
+        ('<g style="opacity:0%%">%s</g>', False),
+        ('<g opacity="0.5">%s</g>', True),
+        ('<g visibility="hidden">%s</g>', False),
+        ('<g visibility="collapse">%s</g>', False),
+        ('<g visibility="hidden"><g visibility="visible">%s</g></g>', True),
+        ('<g opacity="0"><g opacity="1">%s</g></g>', False),
+        ('<g opacity="0"><text>not seen</text></g>%s', True),
+    ],
+)
+def test_what_nobody_sees_is_not_drawn(words: str, seen: bool) -> None:
+    path = '<path d="M0 0 H9" stroke="red"/>'
+    text = f'<svg xmlns="http://www.w3.org/2000/svg">{words % path}</svg>'
+    if seen:
+        assert len(svg_lines.svg_lines(text.encode(), "mine.svg")) == 1
+    else:
+        with pytest.raises(ConfigError, match="nothing to draw"):
+            svg_lines.svg_lines(text.encode(), "mine.svg")

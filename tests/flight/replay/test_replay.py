@@ -219,5 +219,10 @@ def test_the_command_leaves_a_folder(
     assert (tmp_path / "other" / "differences.csv").read_text() == differences_table(
         differences(flown, replayed)
     )
+    assert main(["report", str(tmp_path / "other")]) == 2
+    assert "is a replay and is not scored: nothing flew in it" in capsys.readouterr().err
+    assert not (tmp_path / "other" / "report.html").exists()
+    assert main(["runs", str(tmp_path)]) == 0
+    assert capsys.readouterr().out.count("a replay") == 2
     assert main(["replay", str(tmp_path / "none"), "--out", str(tmp_path / "no")]) == 2
     assert not (tmp_path / "no").exists()

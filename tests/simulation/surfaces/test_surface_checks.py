@@ -12,6 +12,7 @@ from skylimb.simulation.surfaces import (
     require_clear,
     require_fits,
     require_path,
+    way_clear,
 )
 
 
@@ -36,6 +37,19 @@ def test_a_surface_in_the_robot_is_refused():
     require_clear(Board(), points, 0.1)
     with pytest.raises(ConfigError, match=r"board.*intersects the robot.*100 mm deep.*0.600"):
         require_clear(Board(position=(0.6, 0.0, 1.0)), points, 0.1)
+
+
+def test_the_message_names_the_standoff_that_is_clear():
+    points, axis = np.array([[0.9, 0.2, 1.0], [1.05, -0.1, 1.2]]), np.array([0.8, 0.0, 0.6])
+    for surface in (Board(), Board(slope=0.35), Cylinder(radius=0.5)):
+        way = way_clear(surface, points, 0.1, axis, keep=0.02)
+        gaps = surface.signed_distance(points - way * axis, 0.0) - 0.1
+        assert gaps.min() == pytest.approx(0.02, abs=2e-4)
+    with pytest.raises(ConfigError, match=r"150 mm deep.*approach\.standoff is .*with 0\.226 m more"):
+        require_clear(Board(), points, 0.1, "the robot", axis)
+    with pytest.raises(ConfigError, match=r"approach\.standoff .*no larger one is clear"):
+        require_clear(Board(), points, 0.1, "the robot", np.array([0.0, 0.0, 1.0]))
+    assert way_clear(Board(), points[:1], 0.05) == 0.0
 
 
 def test_a_hollow_cylinder_whose_rim_reaches_the_robot_is_refused():

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from skylimb.analysis.recording.run import Run
+from skylimb.apps.cli import main
 from skylimb.base.errors import OutputError
 from skylimb.robots.model import Robot
 from skylimb.studies.calibration.parameters import centers, scaled, slices, spreads
@@ -92,3 +93,26 @@ def test_the_page_shows_the_flight_again(made: Calibration, flown: Run, tmp_path
     assert "Watch it" in page
     assert 'id="replay-data"' in page
     assert (folder / "log.nc").is_file()
+
+
+def test_the_folder_of_a_calibration_is_no_flight_to_be_scored(
+    made: Calibration, flown: Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = write_calibration(made, tmp_path / "flown", flown)
+    before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    for verb in ("report", "score"):
+        assert main([verb, str(folder)]) == 2
+        err = capsys.readouterr().err
+        assert f"'{folder}' is a calibration and is not scored: `skylimb calibrate {folder}/log.nc`" in err
+        assert err.count("\n") == 1
+    assert main(["score", str(tmp_path)]) == 2
+    assert f"'{folder}' is a calibration" in capsys.readouterr().err
+    assert before == {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    assert main(["runs", str(tmp_path)]) == 0
+    assert "a calibration" in capsys.readouterr().out
+
+
+def test_a_folder_without_a_log_is_no_experiment(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["calibrate", str(tmp_path), "--out", str(tmp_path / "made")]) == 2
+    assert f"folder '{tmp_path}' holds no log.nc" in capsys.readouterr().err
+    assert not (tmp_path / "made").exists()

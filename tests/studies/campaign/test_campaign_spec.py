@@ -121,6 +121,7 @@ def test_a_distribution_that_cannot_be_is_refused_by_name(
         ("", '[stop]\nuntil = "success"\nwidth = 0.0', ["width"]),
         ("", "[success]\ntilt = { max = 0.3 }", ["tilt", "tilt_max"]),
         ("", "[success]\ntilt_max = { }", ["tilt_max", "min or max"]),
+        ("", "[success]\ntilt_max = { min = 0.9, max = 0.1 }", ["tilt_max.min = 0.9 is above max = 0.1"]),
         ("", '[tune]\nobjective = "tilt_max"\n[tune.gains]\n"shape.mass" = [3.0, 1.0]', ["shape.mass"]),
     ],
 )

@@ -9,10 +9,8 @@ from skylimb.analysis.figures.controller_replay import replayed_figures
 from skylimb.analysis.recording import LOG_FILE, Run
 from skylimb.analysis.report.controller_replay import differences, differences_table
 from skylimb.analysis.report.output import FIGURES_FOLDER
-from skylimb.analysis.report.places import CONFIG_FILE
+from skylimb.analysis.report.places import CONFIG_FILE, DIFFERENCES_FILE
 from skylimb.base.files import new_folder
-
-DIFFERENCES_FILE = "differences.csv"
 
 
 def write_replay(recorded: Run, replayed: Run, folder: str | Path) -> Path:

@@ -135,19 +135,22 @@ def draw(
     *,
     text: Annotated[str, arg("Words to draw, on one line.", "WORDS")] = "",
     font: Annotated[
-        str, arg("A Hershey font; futural, rowmans, scripts and cursive are thin.", "NAME")
-    ] = "futural",
+        str | None,
+        arg("A Hershey font, by default futural; rowmans, scripts and cursive are thin too.", "NAME"),
+    ] = None,
     surface: Annotated[
         str, arg("The experiment, or its TOML file, on whose surface to draw.", "NAME")
     ] = "paper",
     width: Annotated[
-        float, arg("Of the box that the drawing fills, its proportions kept, m; 0: no limit.", "M")
-    ] = 0.60,
-    height: Annotated[float, arg("Of that box, m; 0: no limit.", "M")] = 0.0,
-    speed: Annotated[float, arg("Of the pen on smooth lines, m/s.", "V")] = 0.05,
+        float | None,
+        arg("Of the box that the drawing fills, its proportions kept, m; 0: no limit; by default 0.6.", "M"),
+    ] = None,
+    height: Annotated[float | None, arg("Of that box, m; by default 0: no limit.", "M")] = None,
+    speed: Annotated[float | None, arg("Of the pen on smooth lines, m/s; by default 0.05.", "V")] = None,
     order: Annotated[
-        Literal["given", "nearest"], arg("Of the strokes: the file's, or for short ways between them.")
-    ] = "given",
+        Literal["given", "nearest"] | None,
+        arg("Of the strokes: the file's, by default, or for short ways between them."),
+    ] = None,
     controller: Annotated[
         str, arg("A controller's name, its TOML file, or a Python file.", "NAME")
     ] = "drawing",

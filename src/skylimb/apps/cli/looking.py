@@ -82,12 +82,12 @@ def _kind_of_path(name: str) -> str:
     """
     from skylimb.base.config import read_toml
     from skylimb.base.plugins import added_names
-    from skylimb.control.slots import SLOTS
+    from skylimb.control.file_kinds import kind_of_tables
     from skylimb.robots.loader import list_robots
 
     if name.endswith(".toml"):
-        keys = read_toml(name).keys()
-        return "robot" if "urdf" in keys else "controller" if keys & {*SLOTS, "file"} else "experiment"
+        kind = kind_of_tables(read_toml(name))
+        return kind if kind in _SHOWN else "experiment"
     if name.endswith(".py"):
         return "controller"
     if Path(name).is_dir() and name not in list_robots():
@@ -204,16 +204,21 @@ def score(folder: Folder, *, use: Use = ()) -> int:
     Metrics and figures of --use are computed and drawn besides; numbers of a user's metrics that are in a log
     already stay otherwise. The exit code is 1 when something failed, which failed.txt names.
 
+    What is no flight, as the folders of `calibrate` and `replay`, is refused, and so are flights of different
+    experiments: a comparison is of one.
+
     Examples:
         skylimb score out/demo
         skylimb score out/demo-interrupted
         skylimb score out/demo --use overshoot.py
     """
     from skylimb.analysis.recording import load_runs
+    from skylimb.analysis.report.folder_kinds import require_flights
     from skylimb.analysis.scores.user_scores import figures_of, load_user_scores, scored
 
-    own = load_user_scores(use)
-    runs = {name: scored(run, own) for name, run in load_runs(folder).items()}
+    own, found = load_user_scores(use), load_runs(folder)
+    require_flights(found, Path(folder))
+    runs = {name: scored(run, own) for name, run in found.items()}
     failed = output.written(runs, Path(folder), figures_of(own))
     output.scores(runs)
     return int(output.hand_over(runs, Path(folder), failed=failed) and bool(failed))

@@ -60,11 +60,14 @@ def _state(place: Path) -> str:
     """How a flight ended, and what could not be made afterwards; of a comparison's folder only the latter."""
     from skylimb.analysis.recording import LOG_FILE
     from skylimb.analysis.report.attempts import marked_failed
+    from skylimb.analysis.report.folder_kinds import other_than_flight
     from skylimb.analysis.report.output import METRICS_FILE
 
     failed = marked_failed(place)
     if not (place / LOG_FILE).is_file():
         return "; ".join(failed)
+    if other := other_than_flight(place):
+        return "; ".join([other, *failed])
     try:
         found = json.loads((place / METRICS_FILE).read_text("utf-8"))
     except FileNotFoundError:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import io
 import sys
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -83,7 +84,7 @@ def _outlines(document: Any, what: str) -> list[_Outline]:
     from svgelements import Path as Outline
 
     found: list[_Outline] = []
-    for element in document.elements():
+    for element in _seen(document):
         if isinstance(element, Text):
             words = " ".join(str(element.text or "").split())
             raise ConfigError(
@@ -97,6 +98,29 @@ def _outlines(document: Any, what: str) -> list[_Outline]:
             width = float(element.implicit_stroke_width or 0.0)
             found += [(list(part), outline.transform, width) for part in outline.as_subpaths()]
     return found
+
+
+def _seen(element: Any) -> Iterator[Any]:
+    """An element and all that is in it, in the file's order, without what is hidden or fully transparent."""
+    from svgelements import Group, Use
+
+    # What is in a transparent group is not seen either, whatever it says of itself; a hidden group may have
+    # visible parts.
+    if _number(element.values.get("opacity")) == 0.0:
+        return
+    if element.values.get("visibility") not in ("hidden", "collapse"):
+        yield element
+    if isinstance(element, (Group, Use)):
+        for part in element:
+            yield from _seen(part)
+
+
+def _number(value: Any) -> float | None:
+    """A number or a percentage of an SVG file; None for what is neither."""
+    try:
+        return float(str(value).removesuffix("%"))
+    except ValueError:
+        return None
 
 
 def _require_few(outlines: list[_Outline], what: str) -> None:

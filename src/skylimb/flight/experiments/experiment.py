@@ -18,6 +18,7 @@ from skylimb.base.errors import ConfigError, SkylimbError, UnknownNameError, unk
 from skylimb.base.keys import Key, KeyInfo, configuration, keys_of
 from skylimb.base.keys.key import shown
 from skylimb.base.plugins import added_file, added_names
+from skylimb.control.file_kinds import require_kind
 from skylimb.control.loop.terminations import Terminations
 from skylimb.control.missions.configuration import MissionConfig
 from skylimb.control.planning.posture_path import PostureConfig
@@ -182,7 +183,7 @@ def experiment_tables(name_or_path: str) -> dict[str, Any]:
 
     Raises:
         UnknownNameError: when there is no such experiment.
-        ConfigError: when the file cannot be read.
+        ConfigError: when the file cannot be read, or is a controller's.
     """
     path, known = Path(name_or_path), experiment_names()
     if not str(name_or_path).endswith(".toml"):
@@ -191,7 +192,9 @@ def experiment_tables(name_or_path: str) -> dict[str, Any]:
             known += added_names("experiments")
             raise unknown_name("experiment", str(name_or_path), known, (".toml",))
         path = file or EXPERIMENTS / f"{name_or_path}.toml"
-    return {"name": path.stem, **_beside(read_toml(path), path.parent)}
+    tables = read_toml(path)
+    require_kind(tables, str(name_or_path), "experiment")
+    return {"name": path.stem, **_beside(tables, path.parent)}
 
 
 def _beside(tables: dict[str, Any], folder: Path) -> dict[str, Any]:
@@ -267,6 +270,12 @@ def _table(tables: dict[str, Any], name: str, where: str) -> dict[str, Any]:
     if not isinstance(table, dict):
         raise ConfigError(f"{where}: {name} = {shown(table)} should be a table")
     return table
+
+
+def require_contact(experiment: Experiment, called: str, purpose: str) -> None:
+    """Raise a `ConfigError` for an experiment that touches nothing: there is nothing to `purpose` then."""
+    if not experiment.approach.contact:
+        raise ConfigError(f"{called} touches nothing (approach.contact); there is nothing to {purpose}")
 
 
 def robot_of(experiment: Experiment) -> Robot:

@@ -19,7 +19,7 @@ from skylimb.flight.export.files import export_c
 from skylimb.flight.loading import chosen_controller
 from skylimb.flight.plan import mission_of
 from skylimb.flight.replay.recorded import recorded, sampled
-from skylimb.flight.replay.replay import experiment_of
+from skylimb.flight.replay.replay import experiment_of, naming_its_files
 
 FLIGHT = "flight.bin"
 """The input's name beside the code."""
@@ -36,7 +36,7 @@ def export_with_flight(run: Run, folder: str | Path, limits: Limits | None = Non
     Returns:
         The files.
     """
-    with tempfile.TemporaryDirectory(prefix="skylimb-") as home:
+    with tempfile.TemporaryDirectory(prefix="skylimb-") as home, naming_its_files(Path(home)):
         experiment, _ = experiment_of(run, Path(home), {})
         chosen = chosen_controller(None, experiment, robot_of(experiment), {})
         content = host_input(run, experiment, chosen).tobytes()

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import re
 import tempfile
 import tomllib
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -88,7 +89,7 @@ def replay(
     """
     settings, gains = parted(set or {})
     run, read = (log, ()) if isinstance(log, Record) else read_log(log, str(settings.get("robot", "")))
-    with tempfile.TemporaryDirectory(prefix="skylimb-") as folder:
+    with tempfile.TemporaryDirectory(prefix="skylimb-") as folder, naming_its_files(Path(folder)):
         try:
             experiment, said = experiment_of(run, Path(folder), settings)
             robot = robot_of(experiment)
@@ -154,6 +155,17 @@ def experiment_of(
     (home / "config.toml").write_text(run.config, encoding="utf-8")
     experiment = load_experiment(str(home / "config.toml"), dict(settings))
     return experiment, tuple(experiment.recorded.get("changes", ()))
+
+
+@contextmanager
+def naming_its_files(folder: Path) -> Iterator[None]:
+    """Errors inside name copies below `folder`, which is gone soon, as the run's configuration names them."""
+    try:
+        yield
+    except SkylimbError as error:
+        copies = rf"[^\s'`(]*{re.escape(folder.name)}/comparison/(run/)?"
+        error.args = (re.sub(copies, lambda found: "" if found[1] else "../", str(error)),)
+        raise
 
 
 def _lacking(run: Record) -> ConfigError | None:

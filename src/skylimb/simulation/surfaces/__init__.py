@@ -11,7 +11,7 @@ from skylimb.base.keys.key import shown
 from skylimb.base.plugins import added_file, added_names
 from skylimb.simulation.surfaces.ball import Sphere
 from skylimb.simulation.surfaces.board import Board
-from skylimb.simulation.surfaces.checks import require_clear, require_fits, require_path
+from skylimb.simulation.surfaces.checks import require_clear, require_fits, require_path, way_clear
 from skylimb.simulation.surfaces.curved import CurvedSurface
 from skylimb.simulation.surfaces.cylinder import Cylinder, Pipe
 from skylimb.simulation.surfaces.friction_map import FrictionMap, Patch
@@ -83,4 +83,5 @@ __all__ = [
     "require_fits",
     "require_path",
     "surface_from_mapping",
+    "way_clear",
 ]

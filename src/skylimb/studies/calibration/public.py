@@ -10,8 +10,9 @@ from typing import Any
 
 from skylimb.analysis.recording.origin import TABLE
 from skylimb.analysis.recording.run import LOG_FILE, Run
-from skylimb.base.errors import ConfigError
-from skylimb.flight.experiments.experiment import Experiment
+from skylimb.base.errors import ConfigError, OutputError
+from skylimb.base.plugins import added_names
+from skylimb.flight.experiments.experiment import Experiment, experiment_names
 from skylimb.flight.public import Progress, run
 from skylimb.flight.replay.replay import experiment_of
 from skylimb.robots.description import GRAVITY
@@ -62,16 +63,25 @@ def flight_of(
     if isinstance(what, Run) or is_log(what):
         if seed is not None or set:
             raise ConfigError("a flight that was flown has its seed and its settings already")
-        return what if isinstance(what, Run) else Run.load(str(what))
+        return what if isinstance(what, Run) else _loaded(Path(str(what)))
     return run(what if isinstance(what, Experiment) else str(what), seed=seed, set=set, progress=progress)
 
 
+def _loaded(path: Path) -> Run:
+    if path.is_dir() and not (path / LOG_FILE).is_file():
+        raise OutputError(f"folder '{path}' holds no {LOG_FILE}; name a log, or the folder of one flight")
+    return Run.load(path)
+
+
 def is_log(what: Any) -> bool:
-    """Whether this names a log or a folder with one, and no experiment."""
+    """Whether this names a log or a folder, which is to have one, and no experiment."""
     if isinstance(what, Experiment):
         return False
     path = Path(what)
-    return path.suffix == ".nc" or (path / LOG_FILE).is_file()
+    if path.suffix == ".nc" or (path / LOG_FILE).is_file():
+        return True
+    # A folder may be called like an experiment.
+    return path.is_dir() and str(what) not in (*experiment_names(), *added_names("experiments"))
 
 
 def robot_of(flown: Run) -> Robot:

@@ -10,11 +10,12 @@ import numpy as np
 from skylimb.analysis.pages.pages import inlined, render_page
 from skylimb.analysis.recording.origin import write_sources
 from skylimb.analysis.recording.run import LOG_FILE, Run
+from skylimb.analysis.report.places import CALIBRATION_FILE
 from skylimb.analysis.viewer.page import viewer_html
 from skylimb.base.files import new_folder
 from skylimb.studies.calibration.figures import write_figures
 from skylimb.studies.calibration.parameters import centers, spreads
-from skylimb.studies.calibration.result import FILE, SIGMAS, Calibration
+from skylimb.studies.calibration.result import SIGMAS, Calibration
 
 TEMPLATE = Path(__file__).with_name("report_template.html")
 REPORT = "report.html"
@@ -87,7 +88,7 @@ def write_calibration(made: Calibration, folder: str | Path, flown: Run | None =
         OutputError: if it exists or cannot be written; nothing is left behind then.
     """
     with new_folder(folder) as staging:
-        (staging / FILE).write_text(made.text, encoding="utf-8")
+        (staging / CALIBRATION_FILE).write_text(made.text, encoding="utf-8")
         if flown is not None:
             flown.save(staging / LOG_FILE)
             write_sources(flown.sources, staging)

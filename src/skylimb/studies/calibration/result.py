@@ -20,8 +20,6 @@ from skylimb.studies.calibration.excited import motion_of
 from skylimb.studies.calibration.parameters import centers, slices
 from skylimb.studies.calibration.record import Record
 
-FILE = "calibration.toml"
-
 SIGMAS = 1.959964
 """Half of a 95 % interval, in standard deviations."""
 

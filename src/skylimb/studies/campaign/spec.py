@@ -28,9 +28,11 @@ class Bound:
     max: Annotated[float | None, Key("", "largest value of a success", low=-inf, high=inf)] = None
 
     def check(self) -> None:
-        """Refuse a bound without ends."""
+        """Refuse a bound without ends, and one that nothing can keep."""
         if self.min is None and self.max is None:
             raise RefusedError("Bound", "min", "or max is missing")
+        if self.min is not None and self.max is not None and self.min > self.max:
+            raise RefusedError("Bound", "min", f"= {self.min:g} is above max = {self.max:g}")
 
 
 @configuration

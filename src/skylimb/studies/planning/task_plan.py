@@ -26,7 +26,7 @@ from skylimb.control.planning.task_posture import best_postures
 from skylimb.control.planning.vectoring import PURPOSES, vectoring_table
 from skylimb.control.planning.vectoring_digest import robot_digest
 from skylimb.control.planning.vectoring_files import table_file, write_table
-from skylimb.flight.experiments.experiment import Experiment, load_experiment
+from skylimb.flight.experiments.experiment import Experiment, load_experiment, require_contact
 from skylimb.flight.loading import load_flight
 from skylimb.flight.plan import mission_of
 from skylimb.robots.equilibrium_results import NotHeld, Within
@@ -130,10 +130,7 @@ def plan_posture(
         ConfigError: the experiment touches nothing, or its path stands still.
         UnreachableError: no posture can do it, or none of those that can be held flies well enough.
     """
-    if not experiment.approach.contact:
-        raise ConfigError(
-            f"experiment {experiment.name} touches nothing (approach.contact); there is nothing to plan"
-        )
+    require_contact(experiment, f"experiment {experiment.name}", "plan")
     needs = needs_of(controller)
     robot = standing(robot.pairs, needs.vectoring)
     wanted = force if force is not None else needs.force or FORCE
