@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from skylimb.base.files import first_free, new_file, orphans, replacing
+from skylimb.base.errors import OutputError
+from skylimb.base.files import first_free, new_file, orphans, replacing, staging
 
 KILLED = """
 import os, sys
@@ -63,3 +64,14 @@ def test_the_first_free_name_has_the_least_number(tmp_path: Path) -> None:
     (tmp_path / "run-1").mkdir()
     (tmp_path / "run-3").mkdir()
     assert first_free(tmp_path, "run-{}").name == "run-2"
+
+
+def test_a_place_where_nothing_can_be_made_is_refused_in_a_line(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    for place, why in (
+        (tmp_path / "file" / "live", "is a file, not a folder"),
+        (Path("/proc/x/live"), "'/proc'"),
+    ):
+        with pytest.raises(OutputError, match=why), staging(place):
+            pass
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]

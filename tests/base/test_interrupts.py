@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import threading
+import time
+from types import FrameType
 
 import casadi as ca
 import numpy as np
 import pytest
 
-from skylimb.base.interrupts import answering
+from skylimb.base.interrupts import answering, raising_again
 from skylimb.control.planning.nlp import ipopt, search
 
 
@@ -38,11 +41,59 @@ def test_another_thread_answers_nothing() -> None:
 def test_ctrl_c_ends_a_search_and_not_just_this_start_of_it() -> None:
     x = ca.SX.sym("x", 3000)
     valley = 100.0 * ca.sumsqr(x[1:] - x[:-1] ** 2) + ca.sumsqr(1.0 - x)  # Rosenbrock's, for seconds
-    before = signal.signal(signal.SIGALRM, signal.default_int_handler)
-    signal.setitimer(signal.ITIMER_REAL, 0.2)
-    try:
+    solver = ipopt({"x": x, "f": valley}, 5000)
+
+    def searched_for_seconds() -> None:
+        search(solver, np.full(3000, -1.2))
+        time.sleep(5.0)  # where the search was shorter than the timer
+
+    timer = threading.Timer(0.2, lambda: os.kill(os.getpid(), signal.SIGINT))
+    with answering([signal.SIGINT], signal.default_int_handler):
+        timer.start()
         with pytest.raises(KeyboardInterrupt):
-            search(ipopt({"x": x, "f": valley}, 5000), np.full(3000, -1.2))
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
+            searched_for_seconds()
+    timer.join()
+
+
+class _Swallows:
+    """Its destructor hears a signal: what the answer raises there goes no farther."""
+
+    def __del__(self) -> None:
+        signal.raise_signal(signal.SIGTERM)
+
+
+def _asked(number: int, frame: FrameType | None) -> None:
+    raise KeyboardInterrupt(signal.Signals(number).name)
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_an_interrupt_that_was_swallowed_comes_out_of_the_block() -> None:
+    after: list[str] = []
+
+    @raising_again()
+    def swallowed() -> None:
+        _Swallows()
+        after.append("it went on")
+
+    with answering([signal.SIGTERM], _asked), pytest.raises(KeyboardInterrupt, match="SIGTERM"):
+        swallowed()
+    assert after
+
+
+def test_an_interrupt_that_became_another_error_is_one_again() -> None:
+    @raising_again()
+    def renamed() -> None:
+        try:
+            signal.raise_signal(signal.SIGTERM)
+        except KeyboardInterrupt:
+            raise RuntimeError("a library's own") from None
+
+    with answering([signal.SIGTERM], _asked), pytest.raises(KeyboardInterrupt, match="SIGTERM"):
+        renamed()
+
+
+def test_a_signal_that_nobody_answers_in_python_is_left_alone() -> None:
+    with answering([signal.SIGUSR1], signal.default_int_handler):
+        signal.signal(signal.SIGUSR1, signal.SIG_IGN)
+        with raising_again([signal.SIGUSR1]):
+            assert signal.getsignal(signal.SIGUSR1) is signal.SIG_IGN

@@ -75,6 +75,19 @@ def require_new(path: str | Path) -> Path:
             raise OutputError(
                 f"output {kind} '{path}' exists already; nothing is overwritten, choose another name"
             )
+    except OSError as error:
+        raise OutputError(f"cannot look at output '{path}': {error.strerror or error}") from error
+    require_room(path)
+    return path
+
+
+def require_room(path: Path) -> None:
+    """Check that something can be written beside `path`, and leave nothing behind.
+
+    Raises:
+        OutputError: if a parent is not a folder, or the place cannot be written.
+    """
+    try:
         parent = _nearest_existing(path.absolute().parent)
     except OSError as error:
         raise OutputError(f"cannot look at output '{path}': {error.strerror or error}") from error
@@ -86,7 +99,6 @@ def require_new(path: str | Path) -> Path:
         os.rmdir(tempfile.mkdtemp(prefix=".skylimb.", dir=parent))
     except OSError as error:
         raise OutputError(f"cannot create '{path}' in '{parent}': {error.strerror or error}") from error
-    return path
 
 
 def csv_text(rows: Iterable[Iterable[Any]]) -> str:
@@ -176,12 +188,17 @@ def staging(path: Path, left: Collection[Path] = ()) -> Iterator[Path]:
     """A staging folder beside `path`, on the same file system so that the renaming is one atomic step.
 
     It is removed at the end, with what was not renamed; not while `left` names something that stays in it.
+
+    Raises:
+        OutputError: if it cannot be made.
     """
+    require_room(path)
     parent = path.absolute().parent
     made = [folder for folder in (parent, *parent.parents) if not folder.exists()]
-    parent.mkdir(parents=True, exist_ok=True)
     aside = _aside(path.absolute())
-    aside.mkdir(mode=0o700)
+    with writing(path):
+        parent.mkdir(parents=True, exist_ok=True)
+        aside.mkdir(mode=0o700)
     try:
         yield aside
     finally:

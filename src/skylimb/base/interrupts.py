@@ -9,6 +9,9 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any
 
+ENDS = (signal.SIGINT, signal.SIGTERM)
+"""Signals that ask for the end: Ctrl-C, and that of the system."""
+
 
 @contextmanager
 def answering(numbers: Iterable[int], answer: Callable[[int, FrameType | None], object]) -> Iterator[None]:
@@ -40,15 +43,46 @@ def answering_first(
         yield
 
 
-def solved(solver: Any) -> bool:
-    """Whether the last call of a nonlinear solver (a `casadi.Function` by IPOPT) found something.
+@contextmanager
+def raising_again(numbers: Iterable[int] = ENDS) -> Iterator[None]:
+    """Let what a signal's answer raises within come out of the block, also where it was swallowed there.
 
-    IPOPT swallows the Ctrl-C that ends a search and calls it a failed one; a plan would go on with the next.
+    An answer runs wherever the main thread happens to be. What it raises inside of C code that calls Python
+    or looks for signals itself, or in a destructor, may get lost there: IPOPT takes it for a point at which
+    the problem has no value, and goes on to the next.
+
+    Raises:
+        KeyboardInterrupt: or whatever the answer has raised.
+    """
+    before = {number: signal.getsignal(number) for number in numbers}
+    raised = list[BaseException]()
+
+    def answer(number: int, frame: FrameType | None) -> None:
+        earlier = before[number]
+        assert callable(earlier)
+        try:
+            earlier(number, frame)
+        except BaseException as error:
+            raised.append(error)
+            raise
+
+    try:
+        with answering([number for number, earlier in before.items() if callable(earlier)], answer):
+            yield
+    except Exception as error:
+        if raised:  # it has become another error on its way
+            raise raised[0] from error
+        raise
+    if raised:
+        raise raised[0]
+
+
+def search(solver: Any, **given: Any) -> tuple[dict[str, Any], bool]:
+    """What a nonlinear solver (a `casadi.Function` by IPOPT) finds, and whether it is a solution.
 
     Raises:
         KeyboardInterrupt: the search was interrupted.
     """
-    stats = solver.stats()
-    if stats["return_status"] == "NonIpopt_Exception_Thrown":
-        raise KeyboardInterrupt
-    return bool(stats["success"])
+    with raising_again():
+        found = solver(**given)
+    return found, bool(solver.stats()["success"])

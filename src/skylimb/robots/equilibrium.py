@@ -28,7 +28,7 @@ from typing import Any
 
 import numpy as np
 
-from skylimb.base.interrupts import solved
+from skylimb.base.interrupts import search
 from skylimb.base.rotations import rot_z
 from skylimb.robots.equilibrium_program import programme_of
 from skylimb.robots.equilibrium_results import LEVEL, USUAL, Held, Limit, NotHeld, Within
@@ -191,9 +191,9 @@ class _Question:
         programme = self.programme
         # Limits give way only where they have to: that makes the programme harder to solve.
         for gives in (0.0, _FAR):
-            found = programme.solver(x0=start, ubx=[*high[:-1], gives], **given)
+            found, solved = search(programme.solver, x0=start, ubx=[*high[:-1], gives], **given)
             balanced = found["g"].full().ravel()[: 6 if self.within.stiff else 6 + self.robot.n_joints]
-            if solved(programme.solver) and np.abs(balanced).max() < _EXACT:
+            if solved and np.abs(balanced).max() < _EXACT:
                 return self._told(found)
         return NotHeld(None, math.inf), 0.0
 

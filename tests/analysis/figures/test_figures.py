@@ -1,5 +1,6 @@
 """Every figure draws any number of runs, failed ones among them, and shows what it says."""
 
+import itertools
 import json
 import subprocess
 import sys
@@ -13,7 +14,7 @@ from matplotlib.patches import Rectangle
 from PIL import Image
 
 from skylimb.analysis import write_figures
-from skylimb.analysis.figures import REPORT_FIGURES, boxes, over_time, pose_strip, style, traces
+from skylimb.analysis.figures import REPORT_FIGURES, boxes, drawing, over_time, pose_strip, style, traces
 from skylimb.analysis.figures.style import CONTROLLER_COLOURS, colours
 from skylimb.analysis.recording import Run
 
@@ -227,15 +228,48 @@ def test_a_clock_that_was_held_back_takes_no_pose_from_the_others(make_run):
     assert [any("reach" in text.get_text() for text in ax.texts) for ax in unpaced.axes].count(True) == 8
 
 
+def whole(figure):
+    """Nothing of a figure is cut off at its edge."""
+    style.png(figure)
+    box, (wide, tall) = figure.get_tightbbox(), figure.get_size_inches()
+    return min(box.x0, box.y0) > -0.01 and box.x1 < wide + 0.01 and box.y1 < tall + 0.01
+
+
+@pytest.mark.parametrize("picture", REPORT_FIGURES, ids=lambda picture: picture.name)
+def test_nothing_of_a_single_flight_is_cut_off_at_the_edge(six, picture, sharp):
+    assert whole(picture.draw({"flight 0": six["flight 0"]}))
+
+
+def test_the_scale_bar_lies_above_all_robots(six):
+    figure = pose_strip.poses({"flight 0": six["flight 0"]})
+    ax = figure.axes[0]
+    bar = next(line for line in ax.lines if not line.get_clip_on())
+    others = [line for line in ax.lines if line is not bar]
+    assert height(bar) > max(float(np.max(line.get_ydata())) for line in others)
+
+
+@pytest.mark.parametrize("flat", [0, 1])
+def test_a_drawing_that_is_a_line_has_room_for_the_numbers_of_its_scale(make_run, monkeypatch, flat):
+    run = make_run("hybrid", "drawing", slide=2.0, dt=0.02)
+    seen = drawing.as_seen
+    monkeypatch.setattr(drawing, "as_seen", lambda log, line: seen(log, line) * np.eye(2)[1 - flat])
+    figure = drawing.drawn_line({"drawing": run})
+    assert whole(figure)
+    ax = figure.axes[0]
+    ticks = [ax.get_xticklabels(), ax.get_yticklabels()][flat]
+    inside = [ax.get_xlim(), ax.get_ylim()][flat]
+    boxes = [
+        tick.get_window_extent() for tick in ticks if inside[0] <= tick.get_position()[flat] <= inside[1]
+    ]
+    ends = sorted((box.y0, box.y1) if flat else (box.x0, box.x1) for box in boxes)
+    assert len(ends) >= 2
+    assert all(before[1] <= after[0] for before, after in itertools.pairwise(ends))
+
+
 @pytest.mark.parametrize("picture", REPORT_FIGURES, ids=lambda picture: picture.name)
 def test_a_failed_flight_is_named_as_one_and_nothing_is_cut_off_at_the_edge(four_runs, picture, sharp):
     figure = picture.draw(four_runs)
-    style.png(figure)
-    box, (wide, tall) = figure.get_tightbbox(), figure.get_size_inches()
-    assert box.x0 > -0.01
-    assert box.y0 > -0.01
-    assert box.x1 < wide + 0.01
-    assert box.y1 < tall + 0.01
+    assert whole(figure)
     words = " ".join([*texts(figure), *(ax.get_ylabel() for ax in figure.axes)])
     assert "failed" in words
 

@@ -90,7 +90,7 @@ def test_every_reason_has_its_share_of_the_time_and_of_the_error(make_log):
     }  # fmt: skip
     assert limits["eased_for_lag"]["error"] == pytest.approx(-0.9, abs=1e-2)
     assert sum(limit["error"] for limit in limits.values()) == pytest.approx(errors(log)["mean"])
-    assert limited_by(limits) == "pressed less because the pen lagged its path 50 % of the time: -0.90 N"
+    assert limited_by(limits) == "the press was eased while the pen lagged its path 50 % of the time: -0.90 N"
 
 
 def test_a_reason_never_stands_beside_an_error_that_it_worked_against(make_log):

@@ -47,7 +47,7 @@ def test_a_mean_force_that_is_missed_is_told_with_its_reason(flown):
     assert not scores["checks"]["force"]["kept"]
     assert scores["missed"][0] == (
         "the mean force is 1.00 of 3.00 N, 67 % off, 10 % allowed "
-        "(pressed less because the pen lagged its path 100 % of the time: -2.00 N)"
+        "(the press was eased while the pen lagged its path 100 % of the time: -2.00 N)"
     )
 
 
@@ -55,6 +55,31 @@ def test_a_mean_force_that_is_missed_is_told_with_its_reason(flown):
 def test_the_tolerance_of_the_force_holds_both_ways(flown, force, kept):
     flown.contact_force_normal[:] = force * flown.contact_force_reference
     assert metrics(flown)["checks"]["force"]["kept"] is kept
+
+
+@pytest.mark.parametrize(
+    ("force", "off"), [(1.104, "10.4 %"), (0.896, "10.4 %"), (1.10003, "10.003 %"), (1.2, "20 %")]
+)
+def test_no_rounding_hides_that_a_value_misses_its_bound(flown, force, off):
+    flown.contact_force_reference[:] = 1.0
+    flown.contact_force_normal[:] = force
+    assert f" N, {off} off, 10 % allowed" in metrics(flown)["missed"][0]
+
+
+def test_a_part_that_is_nearly_the_bound_is_told_below_it(flown):
+    off = first(flown, 0.051)
+    flown.contact[off] = 0
+    flown.contact_duty[off] = 0.0
+    assert metrics(flown)["missed"][0] == "the pen touches 94.9 % of the time, 95 % commanded"
+
+
+def test_a_bound_is_told_as_it_was_given(flown):
+    tolerances = json.dumps({**TOLERANCES, "contact": 0.975})
+    off = first(flown, 0.03)
+    flown.contact[off] = 0
+    flown.contact_duty[off] = 0.0
+    missed = metrics(flown.assign_attrs(tolerances=tolerances))["missed"]
+    assert missed[0] == "the pen touches 97 % of the time, 97.5 % commanded"
 
 
 def test_a_force_that_swings_about_the_right_mean_is_not_done(flown):

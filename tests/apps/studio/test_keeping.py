@@ -136,3 +136,14 @@ def test_a_kept_flight_is_scored_as_far_as_it_flew_and_its_report_says_what_was_
     assert "STOPPED" in report
     for said in ("0.25 N on link2", "attitude.damping_ratio to [0.9"):
         assert said in report, said
+
+
+def test_a_flight_that_has_just_begun_is_kept_and_flies_again(short, tmp_path):
+    session = Session("paper", ("hybrid",), set=short, out=tmp_path)
+    kept = session.keep()
+    assert kept.mistake() == ""
+    run = skylimb.Run.load(kept.folder)
+    assert run.stopped
+    assert run.log.sizes["time"] == 1
+    again = skylimb.run(str(kept.folder / "config.toml"), str(kept.folder / "preset.toml"))
+    np.testing.assert_array_equal(again.log.thrusts_command, run.log.thrusts_command)

@@ -228,3 +228,15 @@ def test_a_disk_that_is_full_is_told_once_and_the_flights_go_on(short, tmp_path)
     told = [one["text"] for one in session.events() if one["event"] == "error"]
     assert told == [FULL]
     assert session.advance(5) == 5
+
+
+@pytest.mark.parametrize(
+    ("controllers", "why"),
+    [(("hybrid", "pid", "following"), "at most 2"), (("pid", "pid"), "twice: pid, pid")],
+)
+def test_one_controller_flies_or_two_others_beside_each_other(controllers, why, session, tmp_path):
+    with pytest.raises(ConfigError, match=why):
+        Session("paper", controllers, out=tmp_path)
+    with pytest.raises(ConfigError, match=why):
+        session.set_controllers(controllers)
+    assert session.flown == ["hybrid", "pid"]

@@ -33,6 +33,7 @@ def mission(ticks: int = 40) -> Mission:
     rows["position"] = np.column_stack([k, 0.0 * k, 1.0 + 0.0 * k])
     return Mission(
         DT * k,
+        DT,
         Reference(**rows),
         np.zeros(ticks, int),
         contact_frame((1.0, 0.0, 0.0)),

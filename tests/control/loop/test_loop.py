@@ -52,6 +52,7 @@ def mission(ticks: int = 250, patience: float = 1.0) -> Mission:
     reference = reference._replace(position=np.tile([0.0, 0.0, 1.0], (ticks, 1)))
     return Mission(
         np.arange(ticks) * 0.01,
+        0.01,
         reference,
         np.zeros(ticks, int),
         contact_frame((1.0, 0.0, 0.0)),

@@ -35,6 +35,7 @@ def numbered() -> Mission:
     }
     return Mission(
         times=0.01 * k,
+        period=0.01,
         reference=Reference(**rows),
         phase=np.arange(TICKS) % len(PHASES),
         frame=contact_frame((1.0, 0.0, 0.0)),
@@ -165,3 +166,9 @@ def test_the_heading_of_a_contact_axis() -> None:
     assert contact_frame((0.0, 0.0, 1.0)).heading == 0.0
     frame = contact_frame((0.0, 1.0, 0.0))
     np.testing.assert_allclose(np.cross(frame.contact, frame.sliding_u), frame.sliding_v, atol=1e-12)
+
+
+def test_a_flight_of_one_tick_has_the_missions_period() -> None:
+    flown = numbered().along(Clock(np.zeros(1), np.ones(1)))
+    assert len(flown.times) == 1
+    assert flown.period == 0.01

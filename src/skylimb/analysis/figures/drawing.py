@@ -33,7 +33,12 @@ _BRIDGE = 0.05
 """A loss of touch up to this long, s, does not break the line."""
 _MOST = 4000
 """Pieces of a drawn line."""
-_TALLEST = 4.5
+_TALLEST, _LEAST = 4.5, 0.8
+"""Inches of a panel: its height at most, and its height and width at least."""
+_BAR = 0.2
+"""Inches: the width of the colour bar at most."""
+_TICK = 0.4
+"""Inches from one number below a panel to the next, at least."""
 
 
 @style.styled
@@ -55,8 +60,12 @@ def drawn_line(runs: Mapping[str, Run]) -> Figure:
     across, upward = (style.limits([points[..., axis] for points in everything]) for axis in (0, 1))
     rows, columns = style.panels(len(runs), 2)
     panel = (style.WIDTH - 1.0) / columns
-    tall = min(max(panel * (upward[1] - upward[0]) / (across[1] - across[0]), 0.8), _TALLEST)
-    figure = Figure(figsize=(style.WIDTH, rows * (tall + 0.5) + 2.4), layout="constrained")
+    # A drawing that is a line has a scale in both directions as well.
+    upward = _as_wide(upward, _LEAST / panel * (across[1] - across[0]))
+    across = _as_wide(across, _LEAST / _TALLEST * (upward[1] - upward[0]))
+    tall = min(panel * (upward[1] - upward[0]) / (across[1] - across[0]), _TALLEST)
+    wide = tall * (across[1] - across[0]) / (upward[1] - upward[0])
+    figure = Figure(figsize=(style.WIDTH, rows * (tall + 0.5) + 2.5), layout="constrained")
     grid = figure.add_gridspec(rows + 1, columns, height_ratios=[tall] * rows + [1.3])
     axes = np.empty((rows, columns), dtype=object)
     for row, column in np.ndindex(rows, columns):
@@ -74,10 +83,11 @@ def drawn_line(runs: Mapping[str, Run]) -> Figure:
         ax.add_collection(lines)
         style.title(ax, name, run)
         ax.set(aspect="equal", xlim=across, ylim=upward)
-        ax.xaxis.set_major_locator(MaxNLocator(7))
+        ax.xaxis.set_major_locator(MaxNLocator(max(2, min(7, round(wide / _TICK)))))
         ax.yaxis.set_major_locator(MaxNLocator(5))
     style.label_outer(axes, len(runs), "to the right, seen from the robot (m)", "up (m)")
-    figure.colorbar(lines, ax=axes.ravel().tolist(), label="normal force (N)", pad=0.01, aspect=15)
+    slim = max(15.0, rows * tall / _BAR)
+    figure.colorbar(lines, ax=axes.ravel().tolist(), label="normal force (N)", pad=0.01, aspect=slim)
     _distances(figure.add_subplot(grid[rows, :]), runs)
     style.legend_below(
         figure,
@@ -88,6 +98,12 @@ def drawn_line(runs: Mapping[str, Run]) -> Figure:
         ],
     )
     return figure
+
+
+def _as_wide(limits: tuple[float, float], span: float) -> tuple[float, float]:
+    """Limits with the same middle that span at least so much."""
+    middle, half = 0.5 * sum(limits), 0.5 * max(span, limits[1] - limits[0])
+    return middle - half, middle + half
 
 
 def _distances(ax: Axes, runs: Mapping[str, Run]) -> None:

@@ -22,6 +22,12 @@ FRACTIONS = (0.0, 0.25, 0.5, 0.75, 1.0)
 SCALE = 0.5
 """The length of the scale bar, m."""
 
+_OVER_POSES = 12.0
+"""Points between the poses and their titles: the scale bar stands there."""
+
+_AROUND = 0.9
+"""Inches of the figure's height that are not poses: titles, scale bar and legend."""
+
 LEVEL = 0.7
 """A surface whose normal has a vertical part above this is more floor than wall."""
 
@@ -57,7 +63,7 @@ def poses(runs: Mapping[str, Run]) -> Figure:
     upward = low - 0.42, high  # displacement and reach are written below the robot
     columns = len(FRACTIONS)
     tall = (style.WIDTH - 0.3) / columns * (upward[1] - upward[0]) / (across[1] - across[0])
-    figure, axes = style.sheet(len(runs) * tall + 0.6, len(runs), columns, squeeze=False)
+    figure, axes = style.sheet(len(runs) * tall + _AROUND, len(runs), columns, squeeze=False)
     colour = style.colours(runs)
     for row, (name, run) in zip(axes, runs.items(), strict=True):
         for ax in row:
@@ -70,7 +76,7 @@ def poses(runs: Mapping[str, Run]) -> Figure:
         for ax, index in zip(row, instants[name], strict=False):
             _pose(ax, run.log, index, colour[name])
     for ax, fraction in zip(axes[0], FRACTIONS, strict=True):
-        ax.set_title(f"{fraction:.0%} of the path" if fraction else "start of the path")
+        ax.set_title(f"{fraction:.0%} of the path" if fraction else "start of the path", pad=_OVER_POSES)
     _scale_bar(axes[0, 0], across[0], high)
     style.legend_below(
         figure,
@@ -140,9 +146,10 @@ def _ghost(log: xr.Dataset, index: int) -> np.ndarray:
 
 
 def _scale_bar(ax: Axes, left: float, top: float) -> None:
+    """Between the poses and their titles, where no robot is."""
     place = left + 0.45 + np.array([0.0, SCALE])
-    ax.plot(place, [top - 0.06] * 2, color=style.DARK, linewidth=1.0)
-    ax.text(place.mean(), top - 0.1, f"{SCALE} m", fontsize=6.5, ha="center", va="top")
+    ax.plot(place, [top + 0.03] * 2, color=style.DARK, linewidth=1.0, clip_on=False)
+    ax.text(place[1] + 0.05, top + 0.03, f"{SCALE} m", fontsize=6.5, ha="left", va="center")
 
 
 def _board_line(log: xr.Dataset, index: int) -> np.ndarray | None:

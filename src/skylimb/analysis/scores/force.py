@@ -53,7 +53,7 @@ WORDS = {
     "off_surface": "off the surface",
     "loading": "the press was growing after a touch",
     "unloading": "the press was going before the pen left",
-    "eased_for_lag": "pressed less because the pen lagged its path",
+    "eased_for_lag": "the press was eased while the pen lagged its path",
     "saturated": "the law at its limits",
     "waiting": "waiting for a calm force",
     "sticking": "stuck by friction",

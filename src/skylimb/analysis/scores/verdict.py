@@ -30,6 +30,9 @@ DONE = Score(
 )
 """The verdict as a score; what gives its value are all others."""
 
+_MORE_PLACES = 9
+"""Places more, at most, with which a value is told that lies close to its bound."""
+
 
 def verdict(run: Run, scores: Iterable[Score]) -> dict[str, Any]:
     """The verdict on a flight by some scores, on top of what has been judged of it.
@@ -78,18 +81,24 @@ def _words(run: Run, score: Score, tolerance: Tolerance, value: float, bound: fl
         "allowed" if score.smaller_is_better else "commanded"
     )
     words = str(tolerance.words or usual)
-    return words.replace("{value}", _quantity(value, unit)).replace("{bound}", _quantity(bound, unit, "g"))
+    told, allowed = _quantities(value, bound, unit)
+    return words.replace("{value}", told).replace("{bound}", allowed)
 
 
-def _quantity(value: float, unit: str, places: str = ".1f") -> str:
-    """A value in the unit in which one thinks of it: mm, degrees, percent."""
-    if unit == "m":
-        return f"{1e3 * value:{places}} mm"
-    if unit == "rad":
-        return f"{np.degrees(value):.1f}\N{DEGREE SIGN}"
-    if unit == "count":
-        return f"{value:g}"
-    if unit:
-        return f"{value:.3g} {unit}"
-    # One place where rounding would hide that it is not all.
-    return f"{100.0 * value:.1f} %" if 0.99 <= value < 1.0 else f"{100.0 * value:.0f} %"
+def _quantities(value: float, bound: float, unit: str) -> tuple[str, str]:
+    """A value and its bound in the unit in which one thinks of them: mm, degrees, percent.
+
+    The value has more places where rounding would hide that it misses the bound.
+    """
+    factor, suffix, places, kind = {
+        "m": (1e3, " mm", 1, "f"),
+        "rad": (float(np.degrees(1.0)), "\N{DEGREE SIGN}", 1, "f"),
+        "count": (1.0, "", 6, "g"),
+        "": (100.0, " %", 0, "f"),
+    }.get(unit, (1.0, f" {unit}", 3, "g"))
+    allowed, told = f"{factor * bound:{'.1f' if unit == 'rad' else 'g'}}", ""
+    for more in range(_MORE_PLACES):
+        told = f"{factor * value:.{places + more}{kind}}"
+        if (float(told) - float(allowed)) * (value - bound) > 0.0:
+            break
+    return f"{told}{suffix}", f"{allowed}{suffix}"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Mapping
@@ -19,7 +18,7 @@ from skylimb.apps.ros.messages import Arrived, Outgoing
 from skylimb.apps.ros.piloted import Piloted
 from skylimb.apps.ros.simulated import Simulated
 from skylimb.apps.ros.tick import Tick
-from skylimb.base.interrupts import answering
+from skylimb.base.interrupts import ENDS, answering
 from skylimb.flight.realtime.clocked_flight import without_garbage
 from skylimb.flight.realtime.pacer import Pacer
 from skylimb.flight.realtime.preflight import Check
@@ -86,7 +85,7 @@ class Node:
         """
         try:
             with (
-                answering([signal.SIGINT, signal.SIGTERM], self._interrupted),
+                answering(ENDS, self._interrupted),
                 without_timer(),
                 without_garbage(),
             ):

@@ -6,14 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from skylimb.apps.studio.beside import require_beside
 from skylimb.apps.studio.controls import PREFIX
-from skylimb.base.errors import ConfigError
 from skylimb.control.controller import Controller
 from skylimb.flight.experiments.experiment import Experiment
 from skylimb.flight.takeoff import Takeoff, take_off
-
-MOST_FLIGHTS = 4
-"""Flights beside each other at most."""
 
 
 @dataclass(frozen=True)
@@ -35,10 +32,7 @@ class FlightSetup:
     gains: tuple[Mapping[str, Any], ...] = ()
 
     def __post_init__(self) -> None:
-        if len(self.controllers) > MOST_FLIGHTS:
-            raise ConfigError(
-                f"{len(self.controllers)} controllers are too many beside each other: at most {MOST_FLIGHTS}"
-            )
+        require_beside(self.controllers)
 
     def with_keys(self, keys: Mapping[str, Any]) -> FlightSetup:
         """The same with some keys of the experiment changed."""

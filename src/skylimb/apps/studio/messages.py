@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 import msgspec
 from msgspec import Meta
 
+from skylimb.apps.studio.beside import MOST_FLIGHTS
 from skylimb.base.errors import ConfigError
 
 LONGEST = 600_000
@@ -21,7 +22,7 @@ Tilt = Annotated[float, Meta(ge=-1.4, le=1.4)]
 KeyName = Annotated[str, Meta(min_length=1, max_length=120, pattern=r"^[A-Za-z0-9_.\-]+$")]
 PlainName = Annotated[str, Meta(max_length=60, pattern=r"^([A-Za-z0-9][A-Za-z0-9 _\-]*)?$")]
 ControllerName = Annotated[str, Meta(min_length=1, max_length=200)]
-FlightNumber = Annotated[int, Meta(ge=0, le=1)]
+FlightNumber = Annotated[int, Meta(ge=0, lt=MOST_FLIGHTS)]
 Number = Annotated[float, Meta(ge=-1e12, le=1e12)]
 Whole = Annotated[int, Meta(ge=-(2**63), le=2**63 - 1)]
 Words = Annotated[str, Meta(max_length=400)]
@@ -124,7 +125,7 @@ class Surface(Command, tag="surface", frozen=True):
 class Controllers(Command, tag="controllers", frozen=True):
     """Fly one controller, or two beside each other."""
 
-    names: Annotated[list[ControllerName], Meta(min_length=1, max_length=2)]
+    names: Annotated[list[ControllerName], Meta(min_length=1, max_length=MOST_FLIGHTS)]
 
 
 class Keep(Command, tag="keep", frozen=True):

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import ctypes
+import signal
 import sys
 import threading
 import webbrowser
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import FrameType
 from typing import TYPE_CHECKING, Any
 
+from skylimb.apps.studio.beside import require_beside
 from skylimb.apps.studio.server import StudioServer
+from skylimb.base.files import require_room
+from skylimb.base.interrupts import ENDS, answering_first, raising_again
 from skylimb.base.sources import read_source
 from skylimb.control.preset import preset_mapping
 from skylimb.flight.experiments.experiment import load_experiment
@@ -49,12 +54,16 @@ def serve(
 ) -> None:
     """Fly an experiment live until Ctrl-C; prints the page's address in one line.
 
+    The first signal that asks for the end lets the tick, or the command, under way come to its end; the
+    second breaks it off.
+
     The page is served before the flight is put together, so that the browser loads it in the meantime.
 
     Raises:
         SkylimbError: when it cannot be flown, or the port cannot be had.
     """
     _check_names(experiment, controllers, settings)
+    require_room(out / "live")
     with StudioServer(host, port, token) as server:
         url = server.access.url
         print(f"skylimb studio: {url}  (Ctrl-C ends it)", flush=True)
@@ -68,27 +77,35 @@ def serve(
 
             _give_large_arrays_back()
             with recording(out / "live") as recorder:
-                session = Session(experiment, controllers, settings, seed, out)
+                with raising_again():
+                    session = Session(experiment, controllers, settings, seed, out)
                 sys.setswitchinterval(_SWITCH_INTERVAL)
-                try:
+                flight, ended = flight_of(server, session), list[int]()
+
+                def end(number: int, _: FrameType | None) -> None:
+                    ended.append(number)
+                    flight.stop()
+
+                # Nothing is raised in flight: what a command has begun comes to its end, and so does a tick.
+                with answering_first(ENDS, end):
                     # The record takes most of a second to load; pages draw their first picture meanwhile.
-                    flight_of(server, session).run(lambda: recorder and session.record(recorder))
-                except KeyboardInterrupt as stop:
-                    asked = bool(stop.args)  # the system asks for the end: nobody could keep the flight
-                    folder = str(session.keep().folder) if asked else ""
-                    server.say("farewell", {"folder": folder})
-                    print(f"\nThe studio has ended{folder and f'; the flight is kept in {folder}'}.")
-        except KeyboardInterrupt:
-            print()
+                    flight.run(lambda: recorder and session.record(recorder))
+                # Where the system asks for the end, nobody could keep the flight.
+                folder = str(session.keep().folder) if signal.SIGTERM in ended else ""
+                server.say("farewell", {"folder": folder})
+                print(f"\nThe studio has ended{folder and f'; the flight is kept in {folder}'}.")
+        except KeyboardInterrupt as stop:
+            print("\nThe studio has ended.", *getattr(stop, "__notes__", ()), sep="\n")
 
 
 def _check_names(experiment: str, controllers: Sequence[str], settings: Mapping[str, Any]) -> None:
     """Refuse a name that cannot be before a page opens; what it stands for is checked at take-off.
 
     Raises:
-        SkylimbError: when there is no such experiment, key or controller.
+        SkylimbError: when there is no such experiment, key or controller, or two cannot fly side by side.
     """
     load_experiment(experiment, {key: settings[key] for key in settings if not key.startswith("controller.")})
+    require_beside(controllers)
     for name in controllers:
         if name.endswith(".py"):
             read_source(Path(name))

@@ -31,14 +31,14 @@ if TYPE_CHECKING:
 
 
 class Session(BranchingFlights):
-    """One or more live flights of one experiment, in lockstep; one thread calls it.
+    """One live flight, or two, of one experiment, in lockstep; one thread calls it.
 
     A method that is handed a value that cannot be raises a `SkylimbError`, and nothing has changed then.
 
     Args:
         experiment: a name, a TOML file, or an experiment at hand.
-        controllers: presets, TOML files, Python files or controllers at hand; the experiment's own or
-            "hybrid" when there is none.
+        controllers: one or two presets, TOML files, Python files or controllers at hand; the experiment's
+            own or "hybrid" when there is none.
         set: dotted keys and new values, as of `skylimb.run`.
         seed: of the sensors' noise; the experiment's own when None.
         out: folder for all that is kept; it is made when something is.

@@ -23,6 +23,7 @@ class Mission:
 
     Attributes:
         times: of the ticks, s, (k,).
+        period: time between two ticks, s; a flight that was stopped at once has one tick.
         reference: every entry with the ticks as first dimension.
         phase: index into `PHASES`, (k,).
         frame: axes of the task.
@@ -32,17 +33,13 @@ class Mission:
     """
 
     times: np.ndarray
+    period: float
     reference: Reference
     phase: np.ndarray
     frame: ContactFrame
     tip_path: np.ndarray
     contact: bool
     patience: float = 1.0
-
-    @property
-    def period(self) -> float:
-        """Time between two ticks, s."""
-        return float(self.times[1] - self.times[0])
 
     @property
     def first(self) -> Reference:
@@ -105,7 +102,7 @@ class Mission:
         path = self.tip_path[here] + part * (self.tip_path[there] - self.tip_path[here])
         return dataclasses.replace(
             self,
-            times=np.arange(len(here)) * (self.times[1] - self.times[0]),
+            times=np.arange(len(here)) * self.period,
             reference=reference_between(rows(here), rows(there), clock),
             phase=self.phase[here],
             tip_path=path,

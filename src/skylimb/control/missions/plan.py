@@ -130,7 +130,8 @@ def plan_mission(
         reference = wrapped(reference, frame, center, config.wrap.radius, along)
         path_points = wrapped_points(path_points, frame, center, config.wrap.radius, uv[:, 0])
     patience = config.phases.patience
-    return Mission(clock.times, reference, clock.phase, frame, path_points, config.approach.contact, patience)
+    touches = config.approach.contact
+    return Mission(clock.times, dt, reference, clock.phase, frame, path_points, touches, patience)
 
 
 @dataclass(frozen=True)

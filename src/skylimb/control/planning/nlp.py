@@ -9,7 +9,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from skylimb.base.interrupts import solved
+from skylimb.base import interrupts
 
 _NONE: Mapping[str, Any] = MappingProxyType({})
 
@@ -25,8 +25,8 @@ def ipopt(problem: dict[str, Any], iterations: int, more: Mapping[str, Any] = _N
 
 def search(solver: ca.Function, start: Any, **given: Any) -> Found | None:
     """What a search from a start finds; None without success. Parameters and bounds are named as CasADi's."""
-    found = solver(x0=start, **given)
-    return (float(found["f"]), found["x"].full().ravel()) if solved(solver) else None
+    found, solved = interrupts.search(solver, x0=start, **given)
+    return (float(found["f"]), found["x"].full().ravel()) if solved else None
 
 
 def searches(solver: ca.Function, starts: Iterable[Any], **given: Any) -> list[Found]:

@@ -12,7 +12,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from skylimb.base.interrupts import solved
+from skylimb.base.interrupts import search
 from skylimb.base.rotations import rot_z
 from skylimb.base.statics import turned_back
 from skylimb.control.planning.nlp import ipopt
@@ -94,8 +94,9 @@ class TaskProgram:
             lbg[:rest] = (-bent).tolist()
             ubg[: rest + given] = [*bent, *[np.inf if stiff else 1.0] * given]
             bounds = [np.nan_to_num(np.array(one), posinf=1e19, neginf=-1e19) for one in (lbx, ubx, lbg, ubg)]
-            found = self._solver(x0=x0, p=p, lbx=bounds[0], ubx=bounds[1], lbg=bounds[2], ubg=bounds[3])
-            if not solved(self._solver) or float(found["x"][-2]) < 0.0:
+            between = dict(zip(("lbx", "ubx", "lbg", "ubg"), bounds, strict=True))
+            found, solved = search(self._solver, x0=x0, p=p, **between)
+            if not solved or float(found["x"][-2]) < 0.0:
                 return None
             x0 = found["x"]
         x = found["x"].full().ravel()

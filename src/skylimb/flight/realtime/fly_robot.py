@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import warnings
 from collections.abc import Mapping
 from dataclasses import replace
@@ -12,7 +11,7 @@ import numpy as np
 
 from skylimb.analysis.exchange.recorder import FlightRecorder
 from skylimb.base.errors import ConfigError
-from skylimb.base.interrupts import answering_first
+from skylimb.base.interrupts import ENDS, answering_first
 from skylimb.control.controller import Controller
 from skylimb.control.corrections import Calibrated
 from skylimb.control.loop.flight import Flight, flown_mission, mission_signals
@@ -141,7 +140,7 @@ def _fly(
     ticks = RecordedTicks(recorder, plan, driver.layout)
     landing: Landing | None = None
     flown, cause, ended = 0, "", list[int]()
-    with answering_first([signal.SIGINT, signal.SIGTERM], lambda number, _: ended.append(number)):
+    with answering_first(ENDS, lambda number, _: ended.append(number)):
         for k in ticks_on_clock(clock):
             at, flown = driver.tick(k), k + 1
             ticks.flown(k, driver.log[k])

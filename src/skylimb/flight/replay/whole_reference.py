@@ -69,4 +69,5 @@ def mission_of_rows(reference: Reference, phase: np.ndarray, period: float) -> M
     """A mission with a row a tick: references and phase of each, (k, ...) and (k,)."""
     frame = contact_frame(tuple(np.asarray(reference.contact_axis)[0].tolist()))
     touched = bool(np.any(reference.touch))
-    return Mission(np.arange(len(phase)) * period, reference, phase, frame, reference.tip_position, touched)
+    times = np.arange(len(phase)) * period
+    return Mission(times, period, reference, phase, frame, reference.tip_position, touched)

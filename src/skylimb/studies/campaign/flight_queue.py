@@ -5,7 +5,6 @@ Campaigns and searches fly through this one queue. It knows no draws and no stat
 
 from __future__ import annotations
 
-import signal
 import threading
 import time
 from collections import Counter, deque
@@ -17,7 +16,7 @@ from threading import Event
 from types import FrameType
 
 from skylimb.base.errors import OutputError
-from skylimb.base.interrupts import answering
+from skylimb.base.interrupts import ENDS, answering
 from skylimb.studies.campaign.engines import DEATHS, Engine, WorkerError
 from skylimb.studies.campaign.rows import LOST, QUARANTINED, make_row
 from skylimb.studies.campaign.store import Key, Store
@@ -160,5 +159,5 @@ def watching_interrupts() -> Iterator[Event]:
             raise KeyboardInterrupt
         stop.set()
 
-    with answering((signal.SIGINT, signal.SIGTERM), on_signal):
+    with answering(ENDS, on_signal):
         yield stop

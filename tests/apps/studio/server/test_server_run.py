@@ -14,6 +14,24 @@ import pytest
 from websockets.sync.client import connect
 
 from skylimb.analysis.recording import Run
+from skylimb.apps.cli.main import main
+
+
+@pytest.mark.parametrize(
+    ("said", "why"),
+    [
+        (("--controller", "pid", "pid"), "twice: pid, pid"),
+        (("--controller", "pid", "hybrid", "following"), "at most 2"),
+        (("--out", "/dev/null"), "'/dev/null' is a file, not a folder"),
+    ],
+)
+def test_what_cannot_be_is_refused_before_a_page_opens(
+    said: tuple[str, ...], why: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["studio", "--no-browser", *said]) == 2
+    captured = capsys.readouterr()
+    assert why in captured.err
+    assert captured.out == ""
 
 
 def test_the_end_that_the_system_asks_for_says_farewell_and_keeps(tmp_path: Path) -> None:
