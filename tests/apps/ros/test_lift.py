@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from skylimb.apps.ros.lift import EASE, FREE, MOST, SURE, Lift
+from skylimb.apps.ros.lift import EASE, MOST, SURE, Lift
+from skylimb.flight.realtime.landing import LOW
 from skylimb.apps.ros.seen_thrust import SeenThrust
 
 G, DT, GROUND = 9.81, 0.005, 0.17
@@ -22,7 +23,7 @@ def spooled(lift: Lift, seconds: float, height: float = GROUND) -> Lift:
 
 def test_one_wrong_frame_is_no_lift_off() -> None:
     lift = spooled(Lift(GROUND), 1.1)
-    assert lift.share > FREE
+    assert lift.share > LOW
     lift = spooled(spooled(lift, 0.5 * SURE, GROUND + 0.013), 0.1)
     assert not lift.lifted
     assert spooled(lift, 2.0 * SURE, GROUND + 0.013).lifted
@@ -44,7 +45,7 @@ def test_a_lift_off_tells_what_the_rotors_need(scale: float) -> None:
 def test_what_is_learned_of_a_height_that_is_wrong_is_bounded() -> None:
     lift = spooled(spooled(Lift(GROUND), 1.05), 1.0, GROUND + 0.3)
     assert lift.lifted
-    assert lift.needs == FREE
+    assert lift.needs == LOW
 
 
 def test_a_landing_takes_thrust_away_until_no_robot_flies_with_it() -> None:

@@ -15,9 +15,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-FREE, SPOOL = 0.7, 1.0
-"""Share of the hover thrusts that no robot leaves the ground with, also one whose rotors give a quarter more,
-and the time in which they come up to it, s."""
+from skylimb.flight.realtime.landing import LOW
+
+SPOOL = 1.0
+"""Time in which the thrusts come up to a share that lifts no robot, s."""
 
 SLOW, MOST, EASE = 0.2, 1.35, 0.2
 """How fast the share grows from there on, 1/s; the greatest one; how fast a landing takes it down, 1/s."""
@@ -63,9 +64,9 @@ class Lift(NamedTuple):
         if self.lifted or self.failed or height is None:
             return self
         risen = height - self.ground
-        shown = self.shown + dt if risen >= RISEN and self.share >= FREE else 0.0
+        shown = self.shown + dt if risen >= RISEN and self.share >= LOW else 0.0
         if shown < SURE:
-            rate = FREE / SPOOL if self.share < FREE else SLOW
+            rate = LOW / SPOOL if self.share < LOW else SLOW
             return self._replace(share=min(self.share + rate * dt, MOST), shown=shown)
         # A share that has grown for t since lift-off has lifted by SLOW g t^3 / 6.
         scale = self.share - SLOW * ((6.0 * risen / (SLOW * gravity)) ** (1.0 / 3.0) + LAG)
@@ -73,7 +74,7 @@ class Lift(NamedTuple):
 
     def carried(self, scale: float) -> Lift:
         """In the air, with the share that was found to carry the robot."""
-        needs = 1.0 if abs(scale - 1.0) < OWN else min(max(scale, FREE), MOST)
+        needs = 1.0 if abs(scale - 1.0) < OWN else min(max(scale, LOW), MOST)
         return self._replace(share=needs, needs=needs, lifted=True)
 
     def lowered(self, dt: float) -> Lift:
@@ -82,4 +83,4 @@ class Lift(NamedTuple):
 
     def too_little(self, told: float) -> bool:
         """Whether no robot flies with so many times the hover thrusts: it stands, or it falls."""
-        return told < FREE * self.needs
+        return told < LOW * self.needs

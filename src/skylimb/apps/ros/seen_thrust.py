@@ -15,7 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skylimb.apps.ros.lift import FREE, LAG, MOST
+from skylimb.apps.ros.lift import LAG, MOST
+from skylimb.flight.realtime.landing import LOW
 
 AFTER, FOR, LEAST = 4.0 * LAG, 0.4, 20
 """How long the rotors take to do what they are told, s; for how long it is then looked, s, and how often at
@@ -72,4 +73,4 @@ class SeenThrust(NamedTuple):
         carried = 1.0 + float(np.polyfit(times, speeds, 1)[0]) / gravity
         scale = float(thrusts.mean()) / carried if carried > 0.0 else MOST
         # A robot that moves as no rotors move it is held, or thrown: its rotors are believed.
-        return scale if FREE <= scale <= MOST else 1.0
+        return scale if LOW <= scale <= MOST else 1.0
