@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from skylimb.apps.ros.lift import EASE, MOST, SURE, Lift
-from skylimb.flight.realtime.landing import LOW
 from skylimb.apps.ros.seen_thrust import SeenThrust
+from skylimb.flight.realtime.landing import LOW
 
 G, DT, GROUND = 9.81, 0.005, 0.17
 

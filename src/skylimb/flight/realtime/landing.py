@@ -13,8 +13,8 @@ DEPTH = 3.0
 where it is led, and the thrusts of one that stands go down only as it is led deeper."""
 
 LOW = 0.7
-"""Share of the hover thrusts that no robot flies with, also one whose rotors give a quarter more: one that does
-not sink with less of them stands."""
+"""Share of the hover thrusts that no robot flies with, also one whose rotors give a quarter more: one that
+does not sink with less of them stands."""
 
 STANDS, WAY = 0.5, 0.02
 """Time for which it has to stand, s, and the way that its height may change by in that, m."""
