@@ -144,13 +144,19 @@ def with_overrides(config: T, overrides: Mapping[str, Any], where: str = "overri
     return from_mapping(type(config), tables, where, at)
 
 
-def parse_assignment(text: str) -> tuple[str, Any]:
-    """Split `a.b=0.3` into the dotted key and its TOML value; a bare word is a string."""
+def parse_assignment(text: str, example: str = "trajectory.radius=0.25") -> tuple[str, Any]:
+    """Split `a.b=0.3` into the dotted key and its TOML value; a bare word is a string.
+
+    Args:
+        text: the assignment.
+        example: of one, for messages.
+
+    Raises:
+        ConfigError: when it is none.
+    """
     key, equals, value = (part.strip() for part in text.partition("="))
     if not equals or not key or not value or not all(key.split(".")):
-        raise ConfigError(
-            f"cannot read the setting '{text}': expected KEY=VALUE, for example trajectory.radius=0.25"
-        )
+        raise ConfigError(f"cannot read the setting '{text}': expected KEY=VALUE, for example {example}")
     if key.count(".") >= _DEEPEST:
         raise ConfigError(f"the key '{key[:60]}...' has {key.count('.') + 1} parts, more than {_DEEPEST}")
     try:

@@ -14,7 +14,7 @@ from skylimb.analysis.exchange.containers import container_of
 from skylimb.analysis.exchange.convert import salvage
 from skylimb.analysis.exchange.mcap_file import McapStream
 from skylimb.analysis.exchange.stream import Raw
-from skylimb.base.errors import OutputError
+from skylimb.base.errors import ConfigError, OutputError
 
 CHUNK, COUNT, TAIL = 700, 40, 3000
 
@@ -144,3 +144,19 @@ def test_a_bags_chunk_without_a_checksum_is_kept_only_where_no_zeros_follow(
         path.write_bytes(content[:offset] + bytes(2000))
         found = read(path)
         assert found == every[: len(found)], offset
+
+
+def test_where_nothing_can_be_read_nothing_is_written(path: Path, tmp_path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:40])
+    target = tmp_path / "none.mcap"
+    with (
+        pytest.warns(UserWarning, match="no message is read"),
+        pytest.raises(OutputError, match="no message of"),
+    ):
+        salvage(path, target)
+    assert not target.exists()
+
+
+def test_salvage_names_the_endings_that_it_takes(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=r"'\.nc' is not one of \.bag, \.mcap;"):
+        salvage(tmp_path / "log.nc", tmp_path / "log.mcap")

@@ -12,10 +12,11 @@ from skylimb.analysis.exchange import lab_topics as topics
 from skylimb.analysis.exchange.body import Bodies
 from skylimb.analysis.exchange.frames import lab_link
 from skylimb.analysis.exchange.lab_ticks import TickView
-from skylimb.analysis.exchange.lab_topics import Topic
+from skylimb.analysis.exchange.lab_topics import Topic, require_namespace
 from skylimb.analysis.exchange.messages import Desire, FourAxes, Imu, Nav, Pwms
 from skylimb.analysis.exchange.ros2_topics import VIEWS, OwnNames, spoken
 from skylimb.analysis.exchange.ros2_types import Ros2Types
+from skylimb.base.errors import ConfigError
 from skylimb.base.rotations import rotation_from_quaternion
 from skylimb.base.signal_table import PLACE_TERMS, TURN_TERMS
 from skylimb.robots.loader import load_robot
@@ -177,3 +178,12 @@ def test_markers_show_the_target_and_the_force() -> None:
     tail, head = ([point.x, point.y, point.z] for point in arrow.points)
     np.testing.assert_allclose(tail, tick.body.cog)
     np.testing.assert_allclose(np.subtract(head, tail), [0.0, 0.0, 0.1], atol=1e-12)
+
+
+@pytest.mark.parametrize("namespace", ["", "/", "/a//b", "a b", "1a", "a/", "a/b", "/hydrus_xi"])
+def test_a_namespace_is_one_of_ros(namespace: str) -> None:
+    if namespace in ("a/", "a/b", "/hydrus_xi"):
+        require_namespace(namespace)
+        return
+    with pytest.raises(ConfigError, match="no namespace of ROS"):
+        require_namespace(namespace)

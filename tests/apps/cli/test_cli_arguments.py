@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 import pytest
 
 from skylimb.apps.cli.arguments import arg, flags, parse, verb_help
-from skylimb.apps.cli.options import settings_of
+from skylimb.apps.cli.options import assignments_of, settings_of
 from skylimb.base.errors import ConfigError
 
 
@@ -91,3 +91,11 @@ def test_the_help_has_usage_meanings_defaults_and_examples() -> None:
     assert text.endswith("Examples\n  skylimb do a\n  skylimb do b")
     assert "--no-quick" in text
     assert flags(verb) == ["--speed", "--count", "--kind", "--names", "--set", "--quick"]
+
+
+def test_an_assignment_is_refused_in_words_of_its_option() -> None:
+    read = assignments_of("--start", "joint1=0.5")
+    with pytest.raises(ConfigError, match=r"for example joint1=0\.5"):
+        read(("joint1",))
+    with pytest.raises(ConfigError, match="--start gives 'joint1' twice"):
+        read(("joint1=0.1", "joint1=0.2"))

@@ -18,9 +18,9 @@ def container_of(path: str | Path) -> Bag | Mcap:
     """The container that a file's ending names.
 
     Raises:
-        ConfigError: for an ending that is none of a log.
+        ConfigError: for an ending that is none of them.
     """
     ending = Path(path).suffix
     if ending not in _CONTAINERS:
-        raise choice_error("ending of a log", ending or str(path), ENDINGS)
+        raise choice_error("ending of a log", ending or str(path), _CONTAINERS)
     return _CONTAINERS[ending]()

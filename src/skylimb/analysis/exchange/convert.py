@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import json
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -10,14 +9,14 @@ from pathlib import Path
 from skylimb.analysis.exchange.containers import ENDINGS, container_of
 from skylimb.analysis.exchange.frames import lab_link
 from skylimb.analysis.exchange.from_run import messages_of, topics_of
-from skylimb.analysis.exchange.lab_topics import IN_LOGS, NAMESPACE
+from skylimb.analysis.exchange.lab_topics import IN_LOGS, NAMESPACE, require_namespace
 from skylimb.analysis.exchange.message_types import message_types
 from skylimb.analysis.exchange.ros2_types import Ros2Types
 from skylimb.analysis.exchange.run_topics import row_names
 from skylimb.analysis.exchange.stream import Raw, decoded, encoder
 from skylimb.analysis.exchange.to_run import Read, run_from
 from skylimb.analysis.recording.run import Run
-from skylimb.base.errors import ConfigError, choice_error
+from skylimb.base.errors import ConfigError, OutputError, choice_error
 from skylimb.base.files import require_new
 from skylimb.robots.loader import load_robot
 
@@ -71,9 +70,10 @@ def write_log(
 
     Raises:
         OutputError: if the file exists or cannot be written.
-        ConfigError: for another ending.
+        ConfigError: for another ending, or no namespace of ROS.
     """
     path = require_new(path)
+    require_namespace(namespace)
     if ros2 and path.suffix != ".mcap":
         raise ConfigError(f"messages of ROS 2 are written as .mcap, not as '{path.name}'")
     if path.suffix not in ENDINGS:
@@ -121,19 +121,24 @@ def salvage(source: str | Path, target: str | Path) -> int:
         How many messages.
 
     Raises:
-        OutputError: when the source cannot be read, or the target exists.
+        OutputError: when no message of the source can be read, or the target exists.
         ConfigError: for another ending.
     """
-    count = itertools.count()
+    count = 0
 
     def counted(messages: Iterable[Raw]) -> Iterator[Raw]:
-        return (message for message, _ in zip(messages, count, strict=False))
+        nonlocal count
+        for message in messages:
+            count += 1
+            yield message
+        if not count:  # within the writing: no file is left then
+            raise OutputError(f"no message of '{source}' can be read")
 
     # ROS calls a bag that is being recorded NAME.bag.active.
     container = container_of(str(source).removesuffix(".active"))
     with container.read(Path(source), salvaged=True) as messages:
         container_of(target).write(require_new(target), counted(messages))
-    return next(count)
+    return count
 
 
 def _not_held(run: Run, link: str) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from operator import attrgetter
@@ -9,9 +10,25 @@ from typing import Any
 
 from skylimb.analysis.exchange import lab_messages as made
 from skylimb.analysis.exchange.lab_ticks import TickView
+from skylimb.base.errors import ConfigError
 
 NAMESPACE = "hydrus_xi"
 """Of the lab's topics; the flight computer's stack is started in it."""
+
+_NAMESPACE = re.compile(r"/?[A-Za-z][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*/?")
+
+
+def require_namespace(namespace: str) -> None:
+    """Check that ROS takes a namespace of topics.
+
+    Raises:
+        ConfigError: when it does not.
+    """
+    if not _NAMESPACE.fullmatch(namespace):
+        raise ConfigError(
+            f"--namespace = '{namespace}' is no namespace of ROS: letters, digits and _, with single /, "
+            "for example lab/hydrus_xi"
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -9,21 +10,31 @@ from skylimb.apps.cli.arguments import arg
 from skylimb.base.errors import ConfigError, OutputError
 
 
-def settings_of(assignments: tuple[str, ...]) -> dict[str, Any]:
-    """The dotted keys and values of every KEY=VALUE given.
+def assignments_of(option: str, example: str) -> Callable[[tuple[str, ...]], dict[str, Any]]:
+    """What reads the words of an option into the dotted keys and values of every KEY=VALUE given.
 
-    Raises:
-        ConfigError: where one is no assignment, or a key is given twice.
+    It raises a ConfigError where one is no assignment, or a key is given twice.
+
+    Args:
+        option: that is read, for messages.
+        example: of an assignment, for messages.
     """
-    from skylimb.base.config import parse_assignment
 
-    settings: dict[str, Any] = {}
-    for text in assignments:
-        key, value = parse_assignment(text)
-        if key in settings:
-            raise ConfigError(f"--set gives '{key}' twice")
-        settings[key] = value
-    return settings
+    def read(assignments: tuple[str, ...]) -> dict[str, Any]:
+        from skylimb.base.config import parse_assignment
+
+        settings: dict[str, Any] = {}
+        for text in assignments:
+            key, value = parse_assignment(text, example)
+            if key in settings:
+                raise ConfigError(f"{option} gives '{key}' twice")
+            settings[key] = value
+        return settings
+
+    return read
+
+
+settings_of = assignments_of("--set", "trajectory.radius=0.25")
 
 
 Experiment = Annotated[str, arg("An experiment's name or TOML file.", "EXPERIMENT")]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from skylimb.apps.cli import output
 from skylimb.apps.cli.arguments import arg
-from skylimb.apps.cli.options import Calibration, Fence, Settings, new_folder, settings_of, within
+from skylimb.apps.cli.options import Calibration, Fence, Settings, assignments_of, new_folder, within
 
 if TYPE_CHECKING:
     from skylimb.apps.ros.bridge import Rim
@@ -24,7 +24,11 @@ _Cells = Annotated[int, arg("Cells of the battery in series; 0 where nobody tell
 _Bare = Annotated[bool, arg("That the flight controller may hold no attitude; controller needs it.")]
 _Pad = Annotated[
     dict[str, Any] | None,
-    arg("Other numbers of the radio's land, halt, yaw, up, left, forward.", "NAME=N ...", settings_of),
+    arg(
+        "Other numbers of the radio's land, halt, yaw, up, left, forward.",
+        "NAME=N ...",
+        assignments_of("--pad", "land=4"),
+    ),
 ]
 _Adopt = Annotated[
     Literal["land", "hover"],
@@ -33,7 +37,11 @@ _Adopt = Annotated[
 _Check = Annotated[bool, arg("Look at everything before a flight, and command nothing.")]
 _Start = Annotated[
     dict[str, Any] | None,
-    arg("Joint angles with which simulator stands, rad.", "NAME=RAD ...", settings_of),
+    arg(
+        "Joint angles with which simulator stands, rad.",
+        "NAME=RAD ...",
+        assignments_of("--start", "joint1=0.5"),
+    ),
 ]
 _Out = Annotated[str, arg("New folder for flights and missions; none by default.", "DIR")]
 

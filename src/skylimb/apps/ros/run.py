@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from skylimb.analysis.exchange.frames import lab_link
-from skylimb.analysis.exchange.lab_topics import NAMESPACE
+from skylimb.analysis.exchange.lab_topics import NAMESPACE, require_namespace
 from skylimb.analysis.exchange.recorder import FlightRecorder
 from skylimb.apps.ros.both import Both
 from skylimb.apps.ros.bridge import Bridge, Rim
@@ -132,6 +132,7 @@ def run(
         raise ConfigError("--check looks at a robot: it is for the profile controller")
     if start and profile != "simulator":
         raise ConfigError("--start says how the robot of simulator stands")
+    require_namespace(namespace)
     rim.require(anywhere)
     experiment = experiment or ("free_flight" if profile == "simulator" else "paper")
     # A robot on these topics has an IMU.
@@ -175,7 +176,7 @@ def run(
     bridge.carry(rim.opening(plan))
     try:
         node = Node(made, bridge, pacer, say, recorder=recorder)
-        say(f"{profile}: {plan.robot.name} below /{namespace}, missions {', '.join(flown)}")
+        say(f"{profile}: {plan.robot.name} below /{namespace.strip('/')}, missions {', '.join(flown)}")
         found = node.look(LOOK) if check else node.spin()
     finally:
         bridge.close()
