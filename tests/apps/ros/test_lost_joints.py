@@ -35,7 +35,7 @@ def test_a_robot_that_feels_no_joints_flies_back_where_it_is_seen(fault: str) ->
     assert flight is not None
     assert flight._guard.mode == "RETREAT"
     wire.until(FlightState.STOP, 15.0)
-    assert wire.where[-1][2] == pytest.approx(0.15)  # it stands
+    assert wire.where[-1][2] == pytest.approx(0.15, abs=1e-3)  # it stands
     assert wire.sinks() < 0.5
     assert wire.pilot.faults["no angles for long"] > 0
     assert not wire.pilot.faults["too old"]

@@ -98,7 +98,7 @@ def sensed(definitions: Definitions) -> Sensed:
         (only(Imu, gyro=(math.inf, 0.0, 0.0)), "not finite"),
         (only(Joints, names=("a", "b", "c", "d", "e", "f", "g")), "joint_states: wrong joint names"),
         (only(Joints, angles=(0.0,)), "joint_states: wrong size"),
-        (only(Joints, angles=(math.nan,) * 7), "not finite"),
+        (only(Joints, angles=(math.nan,) * 7), "joint_states: no angle"),
     ],
 )
 def test_a_spoiled_sensor_is_counted_and_forgotten(

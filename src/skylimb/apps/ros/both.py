@@ -40,7 +40,7 @@ class Both(Piloted):
 
     def __init__(self, takeoff: Takeoff, flyer: Flyer) -> None:
         self.plant = GroundedPlant(takeoff)
-        flyer = replace(flyer, pacer=stepped(flyer.period), cells=0)
+        flyer = replace(flyer, pacer=stepped(flyer.period), needs_battery=False)
         super().__init__(flyer, self.plant.layout)
         self._pacer.start()
         self._begun: float | None = None

@@ -37,12 +37,13 @@ class Flyer:
         missions: that can be flown from hover, by name; the first one gives contact axis and reach.
         link: whose pose is on the lab's topics.
         pacer: of the ticks.
-        cells: of the battery; 0 where nobody tells its voltage. Else no flight begins before somebody does.
+        cells: of the battery; 0 where nobody tells its voltage.
         limits: of the flight states.
         guard_limits: when to hold and when to retreat.
         namespace: of the lab's frames.
         desk: what was found before take-off.
         dialect: how it speaks.
+        needs_battery: whether somebody has to tell that voltage; a simulated robot has none.
     """
 
     plan: FlightPlan
@@ -56,6 +57,7 @@ class Flyer:
     namespace: str = NAMESPACE
     desk: Desk = field(default_factory=Desk)
     dialect: Dialect = LAB
+    needs_battery: bool = True
 
     @property
     def robot(self) -> Robot:

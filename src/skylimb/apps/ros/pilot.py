@@ -103,7 +103,8 @@ class Pilot:
         inputs, body = self._now
         # Angles may come and be none, while the pose is known by those that were believed last.
         believed = {} if body is None else {"joint angles": inputs.now - inputs.taken.joints}
-        battery = np.nan if self._battery is None and self.flyer.cells else self._battery
+        unknown = self._battery is None and self.flyer.needs_battery and self.flyer.cells
+        battery = np.nan if unknown else self._battery
         ages = {**inputs.ages, **believed}
         measured = Measured(body, ages, inputs.offsets, battery, self._foreign, self._imu.off)
         found, silent = [*checks(self.flyer.desk, measured, self.flyer.limits)], inputs.now - self._radio

@@ -13,16 +13,15 @@ MOST_FLIGHTS = 2
 def require_beside(controllers: Sequence[object]) -> None:
     """Check that these controllers can fly beside each other.
 
+    One may be named twice: its gains are turned beside each other.
+
     Args:
         controllers: a name for each flight, or what else says which it is.
 
     Raises:
-        ConfigError: when there are too many, or one is named twice.
+        ConfigError: when there are too many.
     """
     if len(controllers) > MOST_FLIGHTS:
         raise ConfigError(
             f"{len(controllers)} controllers are too many beside each other: at most {MOST_FLIGHTS}"
         )
-    names = [one for one in controllers if isinstance(one, str)]
-    if len(frozenset(names)) < len(names):
-        raise ConfigError(f"controllers beside each other name one twice: {', '.join(names)}")

@@ -20,7 +20,6 @@ from skylimb.apps.cli.main import main
 @pytest.mark.parametrize(
     ("said", "why"),
     [
-        (("--controller", "pid", "pid"), "twice: pid, pid"),
         (("--controller", "pid", "hybrid", "following"), "at most 2"),
         (("--out", "/dev/null"), "'/dev/null' is a file, not a folder"),
     ],
