@@ -31,7 +31,8 @@ class StartLimits:
     Attributes:
         start_tilt: greatest tilt, rad.
         start_speed: greatest speed, m/s.
-        start_force: of an IMU's specific force from gravity's, m/s^2.
+        start_force: of an IMU's specific force from gravity's, m/s^2: rotors that idle may be felt by 2, a
+            wrong sign, unit or axis by 8.8 and more.
         start_turning: of its rates from the robot's, rad/s.
         start_age: of a sensor's newest message, s.
         start_offset: of a sensor's clock from ours, s.
@@ -44,7 +45,7 @@ class StartLimits:
 
     start_tilt: float = 0.2
     start_speed: float = 0.5
-    start_force: float = 1.0
+    start_force: float = 3.0
     start_turning: float = 0.1
     start_age: float = 0.2
     start_offset: float = 0.1
