@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from skylimb.apps.ros.pad import Pad
+from skylimb.flight.realtime.landing import STANDS, WAY
 from skylimb.flight.realtime.preflight import StartLimits
 
 
@@ -51,8 +52,8 @@ class FlightLimits(StartLimits):
     settled_xy: float = 0.15
     settled_z: float = 0.05
     settled_time: float = 1.0
-    landed_time: float = 0.5
-    landed_way: float = 0.02
+    landed_time: float = STANDS
+    landed_way: float = WAY
     landed_speed: float = 0.05
     landed_lead: float = 0.1
     landed_sinking: float = 0.15

@@ -17,7 +17,7 @@ LOW = 0.7
 does not sink with less of them stands."""
 
 STANDS, WAY = 0.5, 0.02
-"""Time for which it has to stand, s, and the way that its height may change by in that, m."""
+"""Time for which it has to stand, s, and the way that its height may change by in that, m: the lab's own."""
 
 LONGER = 5.0
 """Seconds after which the commands stop in any case, when it was led to the deepest: where nobody sees it."""
