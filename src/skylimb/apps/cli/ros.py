@@ -12,6 +12,8 @@ from skylimb.apps.cli.options import Calibration, Fence, Settings, assignments_o
 
 if TYPE_CHECKING:
     from skylimb.apps.ros.bridge import Rim
+    from skylimb.apps.ros.limits import FlightLimits
+    from skylimb.apps.ros.node_config import NodeConfig
 
 _Profile = Annotated[str, arg("simulator, controller or both.", "PROFILE")]
 _Robot = Annotated[str, arg("The robot, in place of the experiment's.", "NAME")]
@@ -87,12 +89,29 @@ def ros(
         skylimb ros controller --controller hybrid --messages ~/jsk_aerial_robot --bare
         skylimb ros controller --controller hybrid --messages ~/jsk_aerial_robot --bare --check
     """
+    from skylimb.apps.ros.node_config import NodeConfig
     from skylimb.apps.ros1.rim import ROS1
 
-    lab = {"messages": messages, "link": link, "config": config}
-    flown = {"robot": robot, "experiment": experiment, "missions": mission, "controller": controller}
-    given = {"namespace": namespace, "anywhere": anywhere, "bare": bare, "start": start, "settings": set}
-    _be(ROS1, profile, out, cells, fence, pad, adopt, check, calibration=calibration, **lab, **flown, **given)
+    asked = NodeConfig(
+        profile,
+        robot=robot,
+        experiment=experiment,
+        missions=mission,
+        controller=controller,
+        settings=set or {},
+        messages=messages,
+        link=link,
+        lab_files=config,
+        namespace=namespace,
+        cells=_cells(profile, cells),
+        anywhere=anywhere,
+        bare=bare,
+        calibration=calibration,
+        limits=_limits(fence, pad, adopt),
+        check=check,
+        start=start or {},
+    )
+    _be(ROS1, asked, out)
 
 
 def ros2(
@@ -125,38 +144,52 @@ def ros2(
         skylimb ros2 simulator
         skylimb ros2 controller --controller hybrid --bare
     """
+    from skylimb.apps.ros.node_config import NodeConfig
     from skylimb.apps.ros2.rim import ROS2
 
-    flown = {"robot": robot, "experiment": experiment, "missions": mission, "controller": controller}
-    given = {"namespace": namespace, "anywhere": anywhere, "bare": bare, "start": start, "settings": set}
-    _be(ROS2, profile, out, cells, fence, pad, adopt, check, calibration=calibration, **flown, **given)
+    asked = NodeConfig(
+        profile,
+        robot=robot,
+        experiment=experiment,
+        missions=mission,
+        controller=controller,
+        settings=set or {},
+        namespace=namespace,
+        cells=_cells(profile, cells),
+        anywhere=anywhere,
+        bare=bare,
+        calibration=calibration,
+        limits=_limits(fence, pad, adopt),
+        check=check,
+        start=start or {},
+    )
+    _be(ROS2, asked, out)
 
 
-def _be(
-    rim: Rim,
-    profile: str,
-    out: str,
-    cells: int,
-    fence: Sequence[float],
-    pad: dict[str, Any] | None,
-    adopt: str,
-    check: bool,
-    **given: Any,
-) -> None:
-    """Be a node until it ends, keep what it flew, and say how it went."""
+def _cells(profile: str, cells: int) -> int:
+    """Of the battery; a simulated one has some."""
     within("--cells", cells, 1 if profile == "simulator" else 0, 20)
+    return cells
+
+
+def _limits(fence: Sequence[float], pad: dict[str, Any] | None, adopt: str) -> FlightLimits:
+    from skylimb.apps.ros.run import limits_of
+
+    return limits_of(fence, pad or {}, adopt)
+
+
+def _be(rim: Rim, config: NodeConfig, out: str) -> None:
+    """Be a node until it ends, keep what it flew, and say how it went."""
     folder = new_folder(out, "ros") if out else None
     from skylimb.analysis.exchange.recorder import recording
-    from skylimb.apps.ros.run import limits_of, run, write
+    from skylimb.apps.ros.run import run, write
 
-    limits = limits_of(fence, pad or {}, adopt)
     with recording(folder) if folder else nullcontext() as recorder:
-        more = {"cells": cells, "limits": limits, "check": check, "recorder": recorder, **given}
-        flown = run(rim, profile, say=lambda words: print(words, flush=True), **more)
-        if folder is not None and not check:
+        flown = run(rim, config, lambda words: print(words, flush=True), recorder)
+        if folder is not None and not config.check:
             with output.working("writing the results"):
                 write(flown, folder)
-    if check:
+    if config.check:
         raise SystemExit(1 if flown.failed else 0)
     print(flown.timing.verdict())
     for name, count in flown.faults.items():

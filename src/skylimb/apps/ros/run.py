@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from skylimb.analysis.exchange.frames import lab_link
-from skylimb.analysis.exchange.lab_topics import NAMESPACE, require_namespace
 from skylimb.analysis.exchange.recorder import FlightRecorder
 from skylimb.apps.ros.both import Both
 from skylimb.apps.ros.bridge import Bridge, Rim
@@ -18,12 +17,13 @@ from skylimb.apps.ros.flyer import Flyer
 from skylimb.apps.ros.lab_config import LabConfig, read_lab_config
 from skylimb.apps.ros.limits import FlightLimits
 from skylimb.apps.ros.node import Node, Profile
+from skylimb.apps.ros.node_config import WARNING, NodeConfig
 from skylimb.apps.ros.pad import Pad
-from skylimb.apps.ros.profile import PROFILES, PendingRun
+from skylimb.apps.ros.profile import PendingRun
 from skylimb.apps.ros.simulated import Simulated
 from skylimb.apps.ros.tick import STARTED_BY_ITS_USER
 from skylimb.base.config import from_mapping
-from skylimb.base.errors import ConfigError, choice_error
+from skylimb.base.errors import ConfigError
 from skylimb.base.files import new_folder
 from skylimb.control.missions.mission import Mission
 from skylimb.control.supervisor.descents import unprotected
@@ -47,12 +47,6 @@ UNKNOWN_MOTORS = (
     "--config names the robot's own file of it"
 )
 
-WARNING = (
-    "controller: its thrusts go to the flight controller as base_thrust, with zero attitude gains. The "
-    "flight controller then holds no attitude, also not when commands stop or in a forced landing: the robot "
-    "falls as it is. docs/flying.md has the check list of a first flight."
-)
-
 
 @dataclass(frozen=True)
 class Flown:
@@ -72,118 +66,89 @@ class Flown:
 
 
 def run(
-    rim: Rim,
-    profile: str,
-    *,
-    robot: str = "",
-    experiment: str = "",
-    missions: Sequence[str] = (),
-    controller: str | None = None,
-    settings: Mapping[str, Any] | None = None,
-    messages: Sequence[str] = (),
-    namespace: str = NAMESPACE,
-    link: str = "",
-    cells: int = 6,
-    anywhere: bool = False,
-    bare: bool = False,
-    config: Sequence[str] = (),
-    calibration: str | None = None,
-    limits: FlightLimits | None = None,
-    check: bool = False,
-    start: Mapping[str, float] | None = None,
-    say: Callable[[str], None] = print,
-    recorder: FlightRecorder | None = None,
+    rim: Rim, config: NodeConfig, say: Callable[[str], None] = print, recorder: FlightRecorder | None = None
 ) -> Flown:
     """Be a node until it is shut down.
 
     Args:
         rim: the middleware.
-        profile: one of `PROFILES`.
-        robot: in place of the experiment's.
-        experiment: gives plant, surface and the first mission; "paper" by default, for `simulator`
-            "free_flight", where nothing stands in a client's way.
-        missions: further experiments whose missions may be flown, on the first one's surface.
-        controller: as of `skylimb.run`.
-        settings: dotted keys and new values.
-        messages: folders of .msg files.
-        namespace: of the lab's topics.
-        link: whose pose is on them; the flight controller's by default.
-        cells: of the battery.
-        anywhere: whether master and node may be on a network.
-        bare: whether the cost of `controller` is accepted.
-        config: the robot's own YAML files of motors and servos.
-        calibration: as of `skylimb.run`.
-        limits: of flight states and targets.
-        check: whether it looks for some seconds, says what it found, and commands nothing.
-        start: angles by name, rad, with which `simulator` stands; others are the experiment's.
+        config: what it is asked to be.
         say: takes what people are to read.
         recorder: keeps flights on the disk as they are flown.
 
     Raises:
         SkylimbError: before anything is published, where the middleware, a message or a name is missing.
     """
-    if profile not in PROFILES:
-        raise choice_error("PROFILE", profile, PROFILES)
-    if profile == "controller" and not bare:
-        raise ConfigError(f"{WARNING} --bare says that you know")
-    if profile == "both" and config:
-        raise ConfigError("both has neither motors nor servos of the lab; --config is not for it")
-    if check and profile != "controller":
-        raise ConfigError("--check looks at a robot: it is for the profile controller")
-    if start and profile != "simulator":
-        raise ConfigError("--start says how the robot of simulator stands")
-    require_namespace(namespace)
-    rim.require(anywhere)
-    experiment = experiment or ("free_flight" if profile == "simulator" else "paper")
-    # A robot on these topics has an IMU.
-    keys = {"sensors.imu.on": True, **(settings or {}), **({"robot": robot} if robot else {})}
-    period = load_experiment(experiment, parted(keys)[0]).control_period
-    if profile == "simulator":
-        keys["controller_rate"] = INNER_RATE
-    (plan,) = plan_flights(experiment, (controller,), set=keys, calibration=calibration)
-    require_applied(plan.experiment.events, (), STARTED_BY_ITS_USER)
-    flown = missions_of(plan, missions)
-    lab = read_lab_config(config, plan.robot)
-    topics = rim.dialect.topics(profile, lab.servos is not None)
+    rim.require(config.anywhere)
+    plan, pacer = _planned(config)
+    missions = missions_of(plan, config.missions)
+    lab = read_lab_config(config.lab_files, plan.robot)
+    servos = lab.servos is not None
+    topics = rim.dialect.topics(config.profile, servos)
     rim.reach()
-    pacer, link = Pacer(period), lab_link(plan.robot, link)
-    if profile == "simulator":
-        slows, speech = rim.by_clock(), rim.dialect
-        made: Profile = Simulated(simulated(plan), link, pacer, cells, lab.servos, start, slows, speech)
-    else:
-        told = unprotected(plan.robot, plan.needs.vectoring, plan.experiment.supervisor)
-        desk = desk_of(plan.robot, rim.described_mass(namespace), calibration, told)
-        flyer = Flyer(
-            plan,
-            compiled(plan, tells=True),
-            flown,
-            link,
-            pacer,
-            cells,
-            limits or FlightLimits(),
-            plan.experiment.supervisor,
-            namespace=namespace,
-            desk=desk,
-            dialect=rim.dialect,
-        )
-        made = Both(simulated(plan), flyer) if profile == "both" else Controlled(flyer, lab)
-    rim.say_left_out(profile, (*topics.subscribed, *topics.published), messages, say)
-    if profile == "controller":
+    profile = _profile(rim, config, plan, missions, lab, pacer)
+    rim.say_left_out(config.profile, (*topics.subscribed, *topics.published), config.messages, say)
+    if config.profile == "controller":
         say(WARNING)
         for words in () if rim.dialect.known(plan.robot.n_rotors) else _doubts(lab, plan.robot):
             say(words)
-    bridge = Bridge(rim.package, profile, messages, namespace, lab.servos is not None, anywhere)
+    bridge = Bridge(rim.package, config.profile, config.messages, config.namespace, servos, config.anywhere)
     bridge.carry(rim.opening(plan))
     try:
-        node = Node(made, bridge, pacer, say, recorder=recorder)
-        say(f"{profile}: {plan.robot.name} below /{namespace.strip('/')}, missions {', '.join(flown)}")
-        found = node.look(LOOK) if check else node.spin()
+        node = Node(profile, bridge, pacer, say, recorder=recorder)
+        below = f"{plan.robot.name} below /{config.namespace.strip('/')}"
+        say(f"{config.profile}: {below}, missions {', '.join(missions)}")
+        found = node.look(LOOK) if config.check else node.spin()
     finally:
         bridge.close()
     for one in found or ():
         say(one.line)
     failed = tuple(one.name for one in found or () if not one.fine)
-    return Flown(tuple(made.kept), node.timing, dict(node.faults), failed)
+    return Flown(tuple(profile.kept), node.timing, dict(node.faults), failed)
+
+
+def _planned(config: NodeConfig) -> tuple[FlightPlan, Pacer]:
+    """What is flown, and the clock of its ticks; `simulator` runs an inner loop within them."""
+    keys = config.keys
+    period = load_experiment(config.experiment_name, parted(keys)[0]).control_period
+    if config.profile == "simulator":
+        keys["controller_rate"] = INNER_RATE
+    (plan,) = plan_flights(
+        config.experiment_name, (config.controller,), set=keys, calibration=config.calibration
+    )
+    require_applied(plan.experiment.events, (), STARTED_BY_ITS_USER)
+    return plan, Pacer(period)
+
+
+def _profile(
+    rim: Rim,
+    config: NodeConfig,
+    plan: FlightPlan,
+    missions: Mapping[str, Mission],
+    lab: LabConfig,
+    pacer: Pacer,
+) -> Profile:
+    """What stands behind the topics: a robot, who flies it, or both."""
+    link = lab_link(plan.robot, config.link)
+    if config.profile == "simulator":
+        slows, speech = rim.by_clock(), rim.dialect
+        return Simulated(simulated(plan), link, pacer, config.cells, lab.servos, config.start, slows, speech)
+    supervisor = plan.experiment.supervisor
+    told = unprotected(plan.robot, plan.needs.vectoring, supervisor)
+    flyer = Flyer(
+        plan,
+        compiled(plan, tells=True),
+        missions,
+        link,
+        pacer,
+        config.cells,
+        config.limits,
+        supervisor,
+        namespace=config.namespace,
+        desk=desk_of(plan.robot, rim.described_mass(config.namespace), config.calibration, told),
+        dialect=rim.dialect,
+    )
+    return Both(simulated(plan), flyer) if config.profile == "both" else Controlled(flyer, lab)
 
 
 def limits_of(fence: Sequence[float], pad: Mapping[str, Any], adopt: str) -> FlightLimits:
