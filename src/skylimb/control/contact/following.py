@@ -1,14 +1,10 @@
 """Find the surface, keep to it, and go no faster than it allows.
 
-Four parts share the estimate of the tip's place: the state machine (`control.contact_machine`), the surface
-under the pen (`estimation.surface`), where the tip is led out of touch (`control.contact_lead`), and the
-pace of the mission (`control.contact_pace`). A pen that stays behind its reference presses less: with high
-friction on a slope that comes toward the robot, the force that drags it along makes the contact force, and
-the friction with it, grow until the pen is wedged.
-
-A tip cannot go on into a surface that is there. Where it does, and feels little of what it felt before, the
-surface has gone from under it: nothing is learnt of it there, and the laws that press are told (`gone`).
-It is no alarm, and nothing has to be taken back: a pen that falls off a step lands more gently.
+Five parts share the estimate of the tip's place: the state machine (`control.contact_machine`), the surface
+under the pen (`estimation.surface`) and whether it has gone (`control.contact_felt`), where the tip is led
+out of touch (`control.contact_lead`), and the pace of the mission (`control.contact_pace`). A pen that stays
+behind its reference presses less: with high friction on a slope that comes toward the robot, the force that
+drags it along makes the contact force, and the friction with it, grow until the pen is wedged.
 """
 
 from __future__ import annotations
@@ -19,6 +15,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from skylimb.base.keys import Key, configuration, refused
+from skylimb.control.contact_felt import felt_by
 from skylimb.control.contact_lead import led, wanted_out
 from skylimb.control.contact_machine import (
     APPROACH,
@@ -39,13 +36,12 @@ from skylimb.control.estimation.surface import (
     SurfaceGains,
     SurfaceState,
     expected_height,
-    follow_surface,
 )
 from skylimb.control.needs import Needs
 from skylimb.control.press import EASED, PLAIN, SEARCHING, WAITING
 from skylimb.control.records import ContactView, LawInput
 from skylimb.control.task_axes import in_task, normal_force_on, seen_across
-from skylimb.symbolic import Array, clip, cross, dot, low_pass, max, min, vector, where
+from skylimb.symbolic import Array, clip, cross, dot, max, min, where
 
 PROVIDES = (
     "contact.engaged",
@@ -63,18 +59,9 @@ REQUIRES = ("estimate.body", "estimate.arm", "estimate.wrench", "estimate.contac
 OPTIONAL = {"estimate.bias": "", "estimate.scale": ""}
 
 
-SUNK = 0.003, 0.006
-"""Ways of the tip into where the surface should be from which it may have gone, and has, m."""
-
-FELT = 0.33, 0.55
-"""Shares of the force that was felt before below which it has gone, and may have."""
-
 HARD = 2.0
 """Wanted force up to which the distances of `ease_beyond` grow with it, N. Beyond, force times distance
 stays, down to those of 1 N: farther ones lost 3 N at a friction of 0.7 on a board of 20 degrees."""
-
-FORGETS = 1.0
-"""Rate at which that way and that force are forgotten, 1/s: errors of the slope add up."""
 
 
 @configuration
@@ -201,40 +188,19 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     # 1. The machine.
     normal_force = normal_force_on(estimate.wrench, state.surface.estimate[1:3], axes)
     before = state.machine
-    cues = Cues(
-        touch=reference.touch * is_sound(estimate),
-        force=-dot(a, estimate.wrench.force),
-        smooth_force=-estimate.contact_force,
-        beyond=state.axis_position - dot(a, reference.tip_position),
-        sunk=state.axis_position - state.lost_at,
-        clear=where(abs(state.axis_position - out) < 1e-3, 1.0, 0.0),
-    )
-    machine = advance(gains.machine, before, cues, dt)
+    machine = advance(gains.machine, before, _cues(state, inputs, out), dt)
     engaged, engaged_before = is_in(machine.state, SETTLE, SLIDE), is_in(before.state, SETTLE, SLIDE)
-    fresh = engaged * (1.0 - engaged_before)
 
     # 2. The surface under the pen.
     path = in_task(reference.tip_velocity, axes)[1:3]
     speed = (path[0] ** 2 + path[1] ** 2) ** 0.5
-    touching = engaged * where(-estimate.contact_force > gains.machine.lost_force, 1.0, fresh)
-    pressed = low_pass(state.pressed, normal_force, FORGETS, dt) * engaged
-    little = clip((FELT[1] * pressed - normal_force) / ((FELT[1] - FELT[0]) * pressed + 1e-6), 0.0, 1.0)
-    touching = touching * (1.0 - little)
     across = seen_across(estimate.wrench, path, speed, axes)
-    ways = vector(place[1] - state.touched[0], place[2] - state.touched[1])
-    surface = follow_surface(
-        gains.surface, state.surface, place, touching, fresh, fresh * state.known * ways, across, dt
-    )
-    slope = surface.estimate[1:3]
+    felt = felt_by(gains, state, inputs, place, across, normal_force, (engaged, engaged_before))
+    slope = felt.surface.estimate[1:3]
     surface_velocity = engaged * (slope[0] * path[0] + slope[1] * path[1])
 
-    way = place - state.place
-    sunk = low_pass(state.sunk, 0.0, FORGETS, dt) + way[0] - slope[0] * way[1] - slope[1] * way[2]
-    sunk = sunk * engaged * engaged_before
-    gone = little * clip((sunk - SUNK[0]) / (SUNK[1] - SUNK[0]), 0.0, 1.0)
-
     # 3. Along the contact axis.
-    height = expected_height(gains.surface, state.surface, ways[0], ways[1])
+    height = expected_height(gains.surface, state.surface, felt.ways[0], felt.ways[1])
     axis_position, axis_velocity = led(gains, machine, state.axis_position, out, state.known, height, inputs)
     axis_position = where(engaged > 0.5, place[0], axis_position)
     lost = is_in(machine.state, LOST) * (1.0 - is_in(before.state, LOST))
@@ -248,17 +214,14 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     pace, speed_next = pace_of(
         gains, state.pace, state.speed, machine, reference, speed, surface_velocity, behind, dt
     )
-    # Friction grows with the press, and with it how far a sound pen stays behind.
-    further = clip(min(inputs.force, HARD**2 / max(inputs.force, 1.0)), 1.0, HARD)
-    begin, end = further * gains.ease_beyond[0], further * gains.ease_beyond[1]
-    ease = clip((end - behind) / (end - begin), gains.least_ease, 1.0)
+    ease = _ease(gains, inputs.force, behind)
 
     reason = where(is_in(machine.state, SETTLE) > 0.5, WAITING, PLAIN)
     reason = where(ease < 1.0, EASED, reason)
     reason = where(is_in(machine.state, APPROACH, LOST, RECONTACT) > 0.5, SEARCHING, reason)
     view = ContactView(
         engaged, axis_position, axis_velocity, anchor, surface_velocity, normal_force, speed, ease
-    )._replace(reason=reason, gone=gone)
+    )._replace(reason=reason, gone=felt.gone)
     signals = {
         "pace": pace,
         "contact_state": machine.state,
@@ -266,26 +229,48 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
         "normal_force_estimate": normal_force,
         "surface_slope_estimate": slope[0] * u + slope[1] * axes[2],
         "tip_position_estimate": tip,
-        "surface_gone": gone,
+        "surface_gone": felt.gone,
     }
-    touched = where(touching > 0.5, place[1:3], state.touched)
-    there = (1.0 - machine.given_up) * where(gone > 0.5, 0.0, 1.0)
-    known = max(state.known, is_in(machine.state, SLIDE)) * there
+    there = (1.0 - machine.given_up) * where(felt.gone > 0.5, 0.0, 1.0)
     new = State(
         machine,
-        surface,
+        felt.surface,
         axis_position,
         lost_at,
         anchor,
         pace,
         speed_next,
         place,
-        sunk,
-        pressed,
-        touched,
-        known,
+        felt.sunk,
+        felt.pressed,
+        touched=where(felt.touching > 0.5, place[1:3], state.touched),
+        known=max(state.known, is_in(machine.state, SLIDE)) * there,
     )
     return new, view, signals
+
+
+def _cues(state: State, inputs: LawInput, out: Any) -> Cues:
+    """What the machine goes by; `out` is where the tip is wanted out of touch, m."""
+    reference, estimate = inputs.reference, inputs.estimate
+    a = reference.contact_axis
+    return Cues(
+        touch=reference.touch * is_sound(estimate),
+        force=-dot(a, estimate.wrench.force),
+        smooth_force=-estimate.contact_force,
+        beyond=state.axis_position - dot(a, reference.tip_position),
+        sunk=state.axis_position - state.lost_at,
+        clear=where(abs(state.axis_position - out) < 1e-3, 1.0, 0.0),
+    )
+
+
+def _ease(gains: Any, force: Any, behind: Any) -> Any:
+    """Share of the wanted force `force`, N, for a pen that is `behind` its path, m.
+
+    Friction grows with the press, and with it how far a sound pen stays behind.
+    """
+    further = clip(min(force, HARD**2 / max(force, 1.0)), 1.0, HARD)
+    begin, end = further * gains.ease_beyond[0], further * gains.ease_beyond[1]
+    return clip((end - behind) / (end - begin), gains.least_ease, 1.0)
 
 
 def out_of_touch(gains: Any, state: State, inputs: LawInput) -> Any:
