@@ -10,13 +10,15 @@ from __future__ import annotations
 import contextlib
 import io
 import sys
+from collections import Counter
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from skylimb.base.errors import ConfigError, SkylimbError, extra_module
 from skylimb.control.planning.drawing import MOST_POINTS, require_drawable
+from skylimb.control.planning.svg_dashes import Dashes, cut, dashes_of
 
 SECONDS, MEGABYTES = 2, 1024
 """Time of the processor and memory that the process may take; the largest drawing takes 0.4 s."""
@@ -51,31 +53,75 @@ def svg_lines(content: bytes, what: str) -> list[np.ndarray]:
         raise ConfigError(f"{what} is not a readable SVG file: it has no svg element")
     outlines = _outlines(document, what)
     _require_few(outlines, what)
-    rough = [
-        [_points(segment, _look(segment), place) for segment in outline] for outline, place, _ in outlines
-    ]
+    rough = [[_points(segment, _look(segment), one.place) for segment in one.segments] for one in outlines]
     points = np.vstack([np.zeros((0, 2)), *(points for part in rough for points in part)])
     if not len(points):
         raise ConfigError(f"{what} has nothing to draw: no visible path or shape in it")
     if not np.isfinite(points).all():
         raise ConfigError(f"{what} has coordinates that are not finite")
     flatness = _FLATNESS * float(np.ptp(points, axis=0).max())
-    lines, count = [], 0
-    for (outline, place, width), looked in zip(outlines, rough, strict=True):
+    lines: list[_Line] = []
+    count = 0
+    for one, looked in zip(outlines, rough, strict=True):
         line = []
-        for each in zip(outline, looked, strict=True):
-            line.append(_flattened(*each, flatness, place))
+        for each in zip(one.segments, looked, strict=True):
+            line.append(_flattened(*each, flatness, one.place))
             count += len(line[-1])
             if count > 2 * MOST_POINTS:  # where pieces meet, a point stands twice
                 require_drawable(what, 0, count // 2)
         if line:
-            points = np.vstack(line) * [1.0, -1.0]
-            lines.append(np.column_stack([points, np.full(len(points), width)]))
-    return lines
+            lines.append((one, np.vstack(line)))
+    return [
+        np.column_stack([points * [1.0, -1.0], np.full(len(points), one.width)])
+        for one, points in _dashed(lines, what)
+    ]
 
 
-_Outline = tuple[list[Any], Any, float]
-"""Its segments, the transform that places them, and the width of its stroke."""
+class _Outline(NamedTuple):
+    """One outline of an element, and how it is drawn.
+
+    Attributes:
+        element: its number.
+        segments: of svgelements.
+        place: the transform that places them.
+        width: of its stroke.
+        dashes: of its stroke; None where that is drawn through.
+    """
+
+    element: int
+    segments: list[Any]
+    place: Any
+    width: float
+    dashes: Dashes | None
+
+
+_Line = tuple[_Outline, np.ndarray]
+"""An outline, and its points, (n, 2)."""
+
+
+def _dashed(lines: list[_Line], what: str) -> list[_Line]:
+    """The lines, those with dashes cut into them: their lengths are those before the transform."""
+    along = [_lengths(points, _turn(one.place)) if one.dashes else np.zeros(1) for one, points in lines]
+    whole = Counter[int]()
+    for (one, _), lengths in zip(lines, along, strict=True):
+        whole[one.element] += lengths[-1]
+    found: list[_Line] = []
+    for (one, points), lengths in zip(lines, along, strict=True):
+        if one.dashes is None or lengths[-1] == 0.0:
+            found.append((one, points))
+            continue
+        dashes = one.dashes.along(whole[one.element])
+        require_drawable(what, len(found) + dashes.count(lengths[-1]), 0)
+        found += [(one, part) for part in cut(points, lengths, dashes)]
+    return found
+
+
+def _lengths(points: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """How far along a transformed line its points are, before the transform; zeros where that is none."""
+    if abs(np.linalg.det(turn)) < np.finfo(float).tiny:
+        return np.zeros(len(points))
+    ways = np.linalg.norm(np.diff(points, axis=0) @ np.linalg.inv(turn), axis=1)
+    return np.concatenate([[0.0], np.cumsum(ways)])
 
 
 def _outlines(document: Any, what: str) -> list[_Outline]:
@@ -84,7 +130,9 @@ def _outlines(document: Any, what: str) -> list[_Outline]:
     from svgelements import Path as Outline
 
     found: list[_Outline] = []
-    for element in _seen(document):
+    box = document.viewbox or document
+    unit = float(np.hypot(float(box.width or 0.0), float(box.height or 0.0)) / np.sqrt(2.0))
+    for number, element in enumerate(_seen(document)):
         if isinstance(element, Text):
             words = " ".join(str(element.text or "").split())
             raise ConfigError(
@@ -96,7 +144,9 @@ def _outlines(document: Any, what: str) -> list[_Outline]:
         if isinstance(element, Shape) and _visible(element):
             outline: Any = Outline(element)
             width = float(element.implicit_stroke_width or 0.0)
-            found += [(list(part), outline.transform, width) for part in outline.as_subpaths()]
+            dashes = dashes_of(element.values or {}, unit) if _painted(element.stroke) else None
+            look = outline.transform, width, dashes
+            found += [_Outline(number, list(part), *look) for part in outline.as_subpaths()]
     return found
 
 
@@ -124,8 +174,8 @@ def _number(value: Any) -> float | None:
 
 
 def _require_few(outlines: list[_Outline], what: str) -> None:
-    require_drawable(what, 0, sum(len(outline) for outline, *_ in outlines))
-    curves = sum(len(_look(segment)) > 2 for outline, *_ in outlines for segment in outline)
+    require_drawable(what, 0, sum(len(one.segments) for one in outlines))
+    curves = sum(len(_look(segment)) > 2 for one in outlines for segment in one.segments)
     if curves > _MOST_CURVES:
         raise ConfigError(f"{what} has {curves} curves, more than {_MOST_CURVES}; make it simpler")
 
@@ -139,7 +189,11 @@ def _look(segment: Any) -> np.ndarray:
 
 def _visible(shape: Any) -> bool:
     # SVG fills with black where nothing is said; svgelements then gives a colour.
-    return any(paint is not None and paint.value is not None for paint in (shape.fill, shape.stroke))
+    return _painted(shape.fill) or _painted(shape.stroke)
+
+
+def _painted(paint: Any) -> bool:
+    return paint is not None and paint.value is not None
 
 
 def _points(segment: Any, places: np.ndarray, transform: Any) -> np.ndarray:
@@ -156,8 +210,12 @@ def _points(segment: Any, places: np.ndarray, transform: Any) -> np.ndarray:
     points = np.array(given, dtype=float)
     if not np.isfinite(points).all():
         return np.full_like(points, np.nan)
-    turn = np.array([[transform.a, transform.b], [transform.c, transform.d]], dtype=float)
-    return points @ turn + [float(transform.e), float(transform.f)]
+    return points @ _turn(transform) + [float(transform.e), float(transform.f)]
+
+
+def _turn(transform: Any) -> np.ndarray:
+    """The linear part of a transform, that rows of points are multiplied with, (2, 2)."""
+    return np.array([[transform.a, transform.b], [transform.c, transform.d]], dtype=float)
 
 
 def _flattened(segment: Any, looked: np.ndarray, flatness: float, transform: Any) -> np.ndarray:
