@@ -171,7 +171,9 @@ def test_a_robot_that_is_seen_to_have_tipped_over_stops(axis: int) -> None:
     for angle in lean:
         q = np.array([np.cos(0.5 * angle), 0.0, 0.0, 0.0])
         q[axis] = np.sin(0.5 * angle)
-        seen = hover.frame()._replace(quaternion=q, angular_velocity=np.eye(3)[axis - 1] * 0.04 / DT)
+        frame = hover.frame()
+        rates = frame.angular_velocity + np.eye(3)[axis - 1] * 0.04 / DT
+        seen = frame._replace(quaternion=q, angular_velocity=rates)
         hover.halves.look(Told(), seen, hover.reference)
         hover.halves.act(HOVER)
         modes.append(hover.halves.mode)
@@ -198,3 +200,11 @@ def test_who_flies_back_by_an_imu_is_not_turned_to_where_the_model_has_gone_astr
     assert hover.modes([False]) == [float(list(TABLE.modes).index("RETREAT"))]
     turned = hover.halves.sight.reference.heading - hover.reference.heading
     assert turned == pytest.approx(0.0 if imu else 0.7, abs=0.02)
+
+
+def test_a_memory_of_zeros_commands_no_more_than_the_controller() -> None:
+    """As that of exported C that nobody has reset: no rotor is believed to have lost all of its thrust."""
+    hover = Hover()
+    hover.halves._state[:] = 0.0
+    hover.halves.look(Told(), hover.frame(), hover.reference)
+    np.testing.assert_array_equal(hover.halves.act(HOVER)[0].thrusts, HOVER.thrusts)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import signal
 import threading
 from collections import deque
@@ -147,6 +148,49 @@ def test_a_robot_whose_clock_is_set_flies_on(step: float) -> None:
     assert not over.run.log.retreating.values[:count].any()
     away = over.run.log.root_position_measured - run.log.root_position_measured
     assert float(np.abs(away[:count]).max()) < 0.005
+
+
+@pytest.mark.parametrize(
+    ("field", "stuck"),
+    [("angular_velocity", None), ("angular_velocity", (0.5, 0.0, 0.0)), ("velocity", (0.3, 0.0, 0.0))],
+)
+def test_a_twist_that_sticks_leads_back_and_down(field: str, stuck: tuple[float, ...] | None) -> None:
+    """Poses are perfect; the last rates for ever tipped it over within 3 s."""
+    states, kept = itertools.count(), dict[str, Any]()
+
+    def spoil(fields: dict[str, Any]) -> None:
+        if next(states) > 200:
+            fields[field] = kept.setdefault(field, list(stuck) if stuck else fields[field])
+
+    over, robot = flown(spoil=spoil)
+    log = over.run.log
+    lean = np.linalg.norm(log.root_quaternion_measured.values[:, 1:3], axis=1)
+    assert over.run.cause == "broken off by the guard"
+    assert 200 < np.argmax(log.retreating.values > 0.0) < 225
+    assert 2.0 * float(np.arcsin(lean.max())) < 0.2
+    assert -0.1 < robot.position()[2] < 0.1
+
+
+@pytest.mark.parametrize("ticks", [20, 600])
+def test_an_encoder_that_lies_is_not_believed(ticks: int) -> None:
+    """A tenth of a second of joint 1 at -1 rad in place of 1.05 had the true poses refused."""
+    states = itertools.count()
+
+    def spoil(fields: dict[str, Any]) -> None:
+        if 200 < next(states) <= 200 + ticks:
+            fields["angles"] = [-1.0, *fields["angles"][1:]]
+
+    over, robot = flown(spoil=spoil)
+    lean = np.linalg.norm(over.run.log.root_quaternion_measured.values[:, 1:3], axis=1)
+    assert over.faults["angle out of range"] == ticks
+    assert over.run.cause == ("" if ticks == 20 else "broken off by the guard")
+    assert 2.0 * float(np.arcsin(lean.max())) < 0.2
+    assert -0.1 < robot.position()[2] < 0.1
+
+
+def test_a_state_that_says_that_it_is_old_is_not_flown_by() -> None:
+    with pytest.raises(ConfigError, match="age of state"):
+        flown(spoil=lambda fields: fields.update(capture_age=5.0))
 
 
 def test_a_robot_that_tilts_too_far_is_broken_off() -> None:

@@ -68,7 +68,9 @@ class Counting:
 def noisy(measurement: Measurement, count: Iterator[int] = itertools.count()) -> Measurement:  # noqa: B008
     """What no sensor shows twice."""
     try:
-        return measurement._replace(position=measurement.position + 1e-9 * next(count))
+        little = 1e-9 * next(count)
+        named = ("position", "velocity", "angular_velocity")
+        return measurement._replace(**{name: getattr(measurement, name) + little for name in named})
     except TypeError:
         return measurement
 

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 from skylimb.base.keys import Key, configuration
 from skylimb.base.rotations import rotation_from_quaternion
 from skylimb.control.estimation.records import Measurement
+from skylimb.control.estimation.twist_check import TwistGates
 from skylimb.symbolic import Array, abs, dot, stack, where, within
 
 BEYOND = 1e9
@@ -22,7 +23,7 @@ JUMP = 4.0
 
 
 @configuration
-class Gates:
+class Gates(TwistGates):
     """Sizes beyond which a measurement is not believed."""
 
     speed: Annotated[float, Key("m/s", "speed above which none is believed", above=0.0, high=1e3)] = 10.0
@@ -36,6 +37,13 @@ class Gates:
             high=1e3,
         ),
     ] = 7.0
+    bend: Annotated[
+        float,
+        Key("rad", "the same of a joint of the shape, farther where none came for long", above=0.0, high=1e3),
+    ] = 0.3
+    bending: Annotated[
+        float, Key("rad/s", "how fast such a joint may move while none comes", low=0.0, high=1e3)
+    ] = 2.0
     jump: Annotated[
         float, Key("m", "way from the predicted to a measured position that is none", above=0.0, high=1e3)
     ] = 0.05
@@ -119,12 +127,23 @@ def relocked(
     return where(near * over(strange, gates.relock_after) > 0.5, 0.0, fault), strange
 
 
-def angle_fault(gates: Any, ways: Array) -> Any:
-    """The same of joint and vectoring angles, by their ways from those that were believed last, rad.
+def angle_fault(gates: Any, ways: Array, shape: int = 0, missing: Any = 0.0, known: Any = 0.0) -> Any:
+    """The same of joint and vectoring angles.
 
-    Their size says nothing: a vectoring servo may turn round and round.
+    The size of a vectoring angle says nothing: its servo may turn round and round. A joint of the shape moves
+    as fast as its servo turns it, or as it falls: from one tick to the next that is little.
+
+    Args:
+        gates: a `Gates`.
+        ways: of all angles from those that were believed last, rad; joints of the shape come first.
+        shape: how many those are; none of a robot that is bent by hand.
+        missing: time for which no angles came, s.
+        known: 1 once angles were believed.
     """
     fault = where(within(ways, -gates.angles, gates.angles) > 0.5, 0.0, 5.0)
+    if shape:
+        far = where(known > 0.5, gates.bend + gates.bending * missing, gates.angles)
+        fault = where(within(ways[:shape], -far, far) > 0.5, fault, 5.0)
     return where(within(ways, -BEYOND, BEYOND) > 0.5, fault, 1.0)
 
 

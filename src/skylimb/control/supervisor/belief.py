@@ -45,7 +45,9 @@ def believed(
     """Look at a measurement; its time goes on, and what is known goes into the prediction."""
     # Joints: their angles, or those that were believed last.
     angles = stack(measured.joint_angles, measured.vectoring_angles)
-    wrong = angle_fault(limits, angles - watch.prediction.angles)
+    # The gate widens while no angles come, not while a row of them jumps.
+    missing, ways = watch.clocks.untold, angles - watch.prediction.angles
+    wrong = angle_fault(limits, ways, robot.n_joints, missing, watch.felt)
     felt = within(wrong, 0.0, 0.5) * watch.told.joints
     angles = where(felt > 0.5, angles, watch.prediction.angles)
     prediction, speeds = differenced(watch.prediction, angles, dt)
@@ -67,9 +69,12 @@ def believed(
             robot, limits, watch, prediction, measured, body, angles, speeds, pose.good, back, dt
         )
     unfelt = where(felt > 0.5, 0.0, watch.clocks.unfelt + dt)
+    untold = where(watch.told.joints > 0.5, 0.0, watch.clocks.untold + dt)
     watch = watch._replace(
         started=pose.started,
-        clocks=pose.clocks._replace(unfelt=unfelt, unheard=unheard),
+        felt=where(watch.felt + felt > 0.5, 1.0, 0.0),
+        clocks=pose.clocks._replace(unfelt=unfelt, untold=untold, unheard=unheard),
+        twist=pose.twist,
         before=measured,
         prediction=health.prediction,
         loss=health.loss,

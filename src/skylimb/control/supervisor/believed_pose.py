@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 from skylimb.control.estimation.gates import over, pose_fault, relocked, same_pose
 from skylimb.control.estimation.records import Measurement
+from skylimb.control.estimation.twist_check import TwistCheck, check_twist
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Clocks, Watch
 from skylimb.symbolic import clip, max, where, within
@@ -30,6 +31,7 @@ class BelievedPose(NamedTuple):
         stale: 1 where no pose was believed for too long.
         started: 1 once one was.
         clocks: of this tick, as far as they are of poses.
+        twist: whether velocity and rates fit the poses.
     """
 
     measurement: Measurement
@@ -38,6 +40,7 @@ class BelievedPose(NamedTuple):
     stale: Any
     started: Any
     clocks: Clocks
+    twist: TwistCheck
 
 
 def believe_pose(
@@ -69,12 +72,18 @@ def believe_pose(
     # An old pose is good until it is stale, as frames come more slowly than ticks.
     good = within(fault, 0.0, 0.5) * (1.0 - stale)
     back = where(stale * watch.started > 0.5, 0.0, clocks.back + dt)
+    sane, changed = within(fault, 0.0, 0.5), good * (1.0 - same_pose(measured, watch.before))
+    twist, velocity, rates = check_twist(
+        limits, watch.twist, measured, watch.before, predicted, sane, changed, watch.started, dt
+    )
+    sensed = measured._replace(velocity=velocity, angular_velocity=rates)
     pose = {
-        name: where(good > 0.5, getattr(measured, name), getattr(predicted, name))
+        name: where(good > 0.5, getattr(sensed, name), getattr(predicted, name))
         for name in Measurement._fields[:4]
     }
     # Where the pose is the model's, no frame is seen: who has an IMU goes on by that.
     age = where(good * within(measured.capture_age, 0.0, UNSEEN) > 0.5, measured.capture_age, UNSEEN)
     started = where(watch.started + new > 0.5, 1.0, 0.0)
     clocks = clocks._replace(unseen=unseen, usual=usual, back=back, same=same, strange=strange)
-    return BelievedPose(measured._replace(capture_age=age, **pose), fault, good, stale, started, clocks)
+    believed = measured._replace(capture_age=age, **pose)
+    return BelievedPose(believed, fault, good, stale, started, clocks, twist)

@@ -13,6 +13,7 @@ from skylimb.control.estimation.prediction import Prediction, initial_prediction
 from skylimb.control.estimation.records import BodyState, Measurement, zero_measurement
 from skylimb.control.estimation.rotor_loss import Loss, initial_loss
 from skylimb.control.estimation.servos import Servos, initial_servos
+from skylimb.control.estimation.twist_check import TwistCheck
 from skylimb.control.missions.reference import Reference, zero_reference
 from skylimb.control.records import Command
 from skylimb.robots.model import Robot
@@ -50,6 +51,7 @@ class Clocks(NamedTuple):
         usual: from one believed pose to the next, as they come, s.
         back: since the pose was the model's, s.
         unfelt: since joint angles were believed, s.
+        untold: since any came, s.
         unheard: since the IMU that the controller goes by said anything new, s.
         same: since the measured pose changed, s.
         strange: for which poses that jump have agreed with one another, s.
@@ -62,6 +64,7 @@ class Clocks(NamedTuple):
     usual: Any = 0.05
     back: Any = 1e3
     unfelt: Any = 0.0
+    untold: Any = 0.0
     unheard: Any = 0.0
     same: Any = 0.0
     strange: Any = 0.0
@@ -75,7 +78,9 @@ class Watch(NamedTuple):
         told: of the tick to come.
         mode: number of the mode.
         started: 1 once a pose was believed.
+        felt: 1 once joint angles were.
         clocks: since when.
+        twist: whether velocity and rates fit the poses.
         before: measurement of the last tick, as it came.
         prediction: for the next one.
         loss: which rotor has lost thrust.
@@ -89,7 +94,9 @@ class Watch(NamedTuple):
     told: Told
     mode: Any
     started: Any
+    felt: Any
     clocks: Clocks
+    twist: TwistCheck
     before: Measurement
     prediction: Prediction
     loss: Loss
@@ -134,7 +141,9 @@ def initial_watch(robot: Robot, imu: bool = False) -> Watch:
         told=Told(),
         mode=0.0,
         started=0.0,
+        felt=0.0,
         clocks=Clocks(),
+        twist=TwistCheck(),
         before=zero_measurement(robot.n_joints, robot.n_vectoring, imu),
         prediction=initial_prediction(robot, low),
         loss=initial_loss(robot.n_rotors),

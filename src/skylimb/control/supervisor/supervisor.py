@@ -104,9 +104,10 @@ def after(
     made = sight.asks * whole * within(stack(*wanted), -BEYOND, BEYOND)
     clocks = watch.clocks._replace(without=where(made > 0.5, 0.0, watch.clocks.without + 1.0))
     watch = watch._replace(clocks=clocks)
-    # What the controller believes to be made of its command is made, as far as the rotor can.
-    share = clip(watch.loss.left, LEAST_SHARE, 1.0)
-    own = wanted._replace(thrusts=wanted.thrusts / share)
+    own = wanted
+    if limits.losses:
+        # What the controller believes to be made of its command is made, as far as the rotor can.
+        own = wanted._replace(thrusts=wanted.thrusts / clip(watch.loss.left, LEAST_SHARE, 1.0))
     command = chosen(made > 0.5, own, instead(pairs, limits, descents, watch, sight, dt))
     bounds = pairs.thrust_limits(), pairs.joint_limits(), pairs.vectoring_limits()
     parts = zip(command, watch.command, bounds, strict=True)

@@ -101,7 +101,7 @@ class RemoteVehicle:
         watch.judge(self._measured, self._stamps.taken)
         return Measured(
             None if watch.good is None else body(watch.good),
-            {"state": self._now() - self._stamps.at},
+            {"state": self._now() - self._stamps.at + self._measured.capture_age},
             {"state": self._stamps.offset - self._first},
             None if state is None else state.battery,
             None,

@@ -1,0 +1,104 @@
+"""Velocity and rates beside the poses that come: what works is never in doubt, what sticks soon is."""
+
+import numpy as np
+import pytest
+
+from skylimb.base.rotations import quaternion_product
+from skylimb.control.estimation.records import Measurement
+from skylimb.control.estimation.twist_check import SAME, TwistCheck, TwistGates, check_twist
+
+DT = 0.005
+GATES = TwistGates()
+
+
+def swinging(time: float, noise: float = 0.0, rng: np.random.Generator | None = None) -> Measurement:
+    """A robot that swings: 0.1 m to and fro, and by 0.2 rad about an axis."""
+    rng = rng or np.random.default_rng(0)
+    axis, rate = np.array([0.6, 0.0, 0.8]), 2.0 * np.pi
+    turn = 0.2 * np.sin(rate * time)
+    small = noise * rng.standard_normal((4, 3))
+    attitude = np.array([np.cos(0.5 * turn), *np.sin(0.5 * turn) * axis])
+    q = quaternion_product(attitude, np.array([1.0, *0.5 * small[1]]))
+    position = np.array([0.1 * np.sin(rate * time), 0.0, 1.0]) + small[0]
+    velocity = np.array([0.1 * rate * np.cos(rate * time), 0.0, 0.0]) + 5.0 * small[2]
+    rates = 0.2 * rate * np.cos(rate * time) * axis + 5.0 * small[3]
+    return Measurement(position, q, velocity, rates, np.zeros(3), np.zeros(4))
+
+
+def checked(change, every: int = 1, noise: float = 1e-3, time: float = 6.0) -> list[TwistCheck]:
+    """What is remembered at each tick of a flight whose poses come at every so many ticks."""
+    rng, state, found = np.random.default_rng(1), TwistCheck(), []
+    seen = before = swinging(0.0, noise, rng)
+    for k in range(round(time / DT)):
+        new = k % every == 0
+        if new:
+            seen = change(k * DT, swinging(k * DT, noise, rng))
+        state, velocity, rates = check_twist(
+            GATES, state, seen, before, seen, 1.0, float(new), float(k > 0), DT
+        )
+        if not state.wrong:
+            np.testing.assert_array_equal(velocity, seen.velocity)
+            np.testing.assert_array_equal(rates, seen.angular_velocity)
+        before = seen
+        found.append(state)
+    return found
+
+
+@pytest.mark.parametrize(("every", "noise"), [(1, 0.0), (1, 1e-3), (1, 3e-3), (2, 1e-3), (6, 1e-3)])
+def test_sensors_that_work_are_far_from_the_gates(every: int, noise: float) -> None:
+    states = checked(lambda time, seen: seen, every, noise)
+    assert not states[-1].wrong
+    # A pose that comes seldom is led on by the twist of its own frame.
+    allowed = 0.25 if every < 6 else 0.7
+    assert max(np.linalg.norm(one.off_way) for one in states) < allowed * GATES.twist_way
+    assert max(np.linalg.norm(one.off_turn) for one in states) < allowed * GATES.twist_turn
+    assert max(max(one.same_velocity, one.same_rates) for one in states) <= 1.0
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda seen: seen._replace(angular_velocity=np.zeros(3)),
+        lambda seen: seen._replace(angular_velocity=seen.angular_velocity * 0.0 + 0.3),
+        lambda seen: seen._replace(angular_velocity=-seen.angular_velocity),
+        lambda seen: seen._replace(angular_velocity=57.3 * seen.angular_velocity),
+        lambda seen: seen._replace(angular_velocity=seen.angular_velocity + np.array([0.0, 0.6, 0.0])),
+        lambda seen: seen._replace(velocity=np.array([0.3, 0.0, 0.0])),
+        lambda seen: seen._replace(velocity=-seen.velocity),
+        lambda seen: seen._replace(velocity=seen.velocity + np.array([0.0, 0.0, -0.6])),
+    ],
+)
+def test_a_twist_that_does_not_fit_the_poses_is_wrong_soon_and_for_good(change) -> None:
+    states = checked(lambda time, seen: change(seen) if 2.0 <= time < 3.0 else seen)
+    wrong = np.array([one.wrong for one in states])
+    assert 2.0 < np.argmax(wrong) * DT < 2.5
+    assert wrong[np.argmax(wrong) :].all()
+
+
+def test_bits_that_stay_as_poses_change_are_seen_first() -> None:
+    stuck = {}
+
+    def sticks(time: float, seen: Measurement) -> Measurement:
+        if time < 2.0:
+            return seen
+        return seen._replace(angular_velocity=stuck.setdefault("rates", seen.angular_velocity))
+
+    wrong = [bool(one.wrong) for one in checked(sticks)]
+    assert np.argmax(wrong) * DT - 2.0 <= (SAME + 2) * DT
+
+
+def test_a_capture_that_jumps_or_is_gone_says_nothing_of_the_twist() -> None:
+    jump = np.array([0.5, 0.0, 0.0])
+    states = checked(lambda time, seen: seen._replace(position=seen.position + jump * (time >= 2.0)))
+    assert not states[-1].wrong
+
+
+def test_no_number_is_no_twist_and_no_fault_of_one() -> None:
+    state, good = TwistCheck(), swinging(0.0)
+    bad = good._replace(velocity=np.full(3, np.nan), position=np.full(3, np.nan))
+    for seen, sane in ((good, 1.0), (bad, 0.0), (good, 1.0)):
+        state, velocity, _ = check_twist(GATES, state, seen, good, good, sane, sane, 1.0, DT)
+        if sane:
+            assert np.isfinite(velocity).all()
+    assert np.isfinite(np.hstack([np.ravel(part) for part in state])).all()
+    assert not state.wrong
