@@ -25,6 +25,9 @@ WHISKERS = (5.0, 95.0)
 A flight's samples depend on each other: outliers one by one mean little.
 """
 
+_BOX = 0.4
+"""Width of a box, of the distance between two."""
+
 Quantity = Callable[[xr.Dataset], np.ndarray]
 
 
@@ -122,7 +125,7 @@ def _panel(ax: Axes, runs: Mapping[str, Run], metric: str, quantity: Quantity) -
         number = published_beside(run, metric)
         if number is not None:
             ax.plot(
-                place - 0.38,
+                place - 0.29,
                 number,
                 "D",
                 color=style.DARK,
@@ -134,12 +137,11 @@ def _panel(ax: Axes, runs: Mapping[str, Run], metric: str, quantity: Quantity) -
     names = [style.label(name) for name in runs]
     crowded = max(map(len, names), default=0) * len(names) > 50
     ax.set_xticks(range(len(runs)), names, rotation=30 if crowded else 0, ha="right" if crowded else "center")
-    ax.set_xlim(-0.65, len(runs) - 0.35)
+    ax.set_xlim(-0.65, len(runs) - 0.2)
     ax.tick_params(axis="x", length=0)
     ax.yaxis.set_major_locator(MaxNLocator(6))  # the same whatever the height that the layout finds
     low, high = ax.get_ylim()
-    room = 0.06 * (high - low)  # for the number above the highest whisker
-    ax.set_ylim(0.0 if low + room >= 0.0 else low, high + room)
+    ax.set_ylim(0.0 if low + 0.06 * (high - low) >= 0.0 else low, high)
     ax.grid(axis="y", color="#E6E6E6", linewidth=0.5)
     return printed
 
@@ -150,7 +152,7 @@ def _box(ax: Axes, place: int, values: np.ndarray, colour: str) -> None:
     ax.bxp(
         [{"med": median, "q1": first, "q3": third, "whislo": low, "whishi": high, "fliers": []}],
         positions=[place],
-        widths=0.5,
+        widths=_BOX,
         patch_artist=True,
         showfliers=False,
         manage_ticks=False,
@@ -159,8 +161,9 @@ def _box(ax: Axes, place: int, values: np.ndarray, colour: str) -> None:
         whiskerprops=edge,
         capprops=edge,
     )
-    above = {"textcoords": "offset points", "xytext": (0, 3), "ha": "center", "fontsize": 6.5}
-    ax.annotate(f"{median:.3f}".replace("-", "\N{MINUS SIGN}"), (place, high), color=style.DARK, **above)
+    words = f"{median:.3f}".replace("-", "\N{MINUS SIGN}")
+    beside = {"textcoords": "offset points", "xytext": (2, 0), "va": "center", "fontsize": 6.5}
+    ax.annotate(words, (place + 0.5 * _BOX, median), color=style.DARK, **beside)
 
 
 def _error(log: xr.Dataset, axis: Direction) -> np.ndarray:

@@ -76,7 +76,7 @@ def drawn_line(runs: Mapping[str, Run]) -> Figure:
     lines: Any = None
     for ax, (name, run) in zip(axes.flat, runs.items(), strict=False):
         for line in wanted[name]:
-            ax.plot(*line.T, color=style.DARK, linewidth=0.5, zorder=3)
+            ax.plot(*line.T, color=style.DARK, linewidth=0.5, zorder=1.5)
         ax.plot(*touched[name].T, ".", color=style.TRUTH, markersize=1.5, zorder=1)
         pieces, force = drawn[name]
         lines = LineCollection(list(pieces), array=force, norm=scale, cmap="viridis_r", linewidth=1.8)
@@ -87,7 +87,9 @@ def drawn_line(runs: Mapping[str, Run]) -> Figure:
         ax.yaxis.set_major_locator(MaxNLocator(5))
     style.label_outer(axes, len(runs), "to the right, seen from the robot (m)", "up (m)")
     slim = max(15.0, rows * tall / _BAR)
-    figure.colorbar(lines, ax=axes.ravel().tolist(), label="normal force (N)", pad=0.01, aspect=slim)
+    extend = "max" if len(forces) and forces.max() > scale.vmax else "neither"
+    look = {"pad": 0.01, "aspect": slim, "extend": extend}
+    figure.colorbar(lines, ax=axes.ravel().tolist(), label="normal force (N)", **look)
     _distances(figure.add_subplot(grid[rows, :]), runs)
     style.legend_below(
         figure,
