@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from skylimb.analysis.recording import Run
-from skylimb.analysis.scores.force import NAMED_FROM, commanded, force_error, force_limits, limited_by
+from skylimb.analysis.scores.commanded_force import while_pressing
+from skylimb.analysis.scores.force import NAMED_FROM, force_error, force_limits, limited_by
 
 SLIDE = 4
 
@@ -37,7 +38,7 @@ def test_a_controller_that_commands_no_force_has_no_error(make_log):
     log = make_log()
     assert force_limits(log) == {}
     assert np.isnan(list(errors(log).values())).all()
-    assert not commanded(log).any()
+    assert not while_pressing(log).any()
     assert np.isnan(list(errors(pressed(log, 0.0, 1.0)).values())).all()
 
 

@@ -1,9 +1,8 @@
 """How a flight pressed, how well it kept to the normal force that it was commanded, and what kept it from it.
 
-A controller that commands a force logs it as `contact_force_reference` (N, 0 while no touch is wanted; the
-ramp with which a press comes and goes is part of it), and why it presses as it does as `press_reason`. Errors
-are taken over the sliding period while a force is commanded. A pen that is off the surface presses with
-nothing, and that counts.
+What was commanded says `skylimb.analysis.scores.commanded_force`; why a law presses as it does it logs as
+`press_reason`. Errors are taken over the sliding period while a force is commanded. A pen that is off the
+surface presses with nothing, and that counts.
 """
 
 from __future__ import annotations
@@ -15,16 +14,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from skylimb.analysis.recording.run import Run
+from skylimb.analysis.scores.commanded_force import force_is_commanded, wanted_force, while_pressing
 from skylimb.analysis.scores.score import FORCE, Score, Tolerance, metric
 from skylimb.analysis.scores.signals import (
     contact_axis,
     flag_names,
     in_contact,
-    in_phase,
     moving_mean,
     recorded,
     while_sliding,
 )
+from skylimb.base.signals import FORCE_REFERENCE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -66,22 +66,21 @@ rotors as the simulation saw them.
 """
 
 
-def commanded(log: xr.Dataset) -> np.ndarray:
-    """The samples of the sliding period at which a force is commanded: booleans, (time,)."""
-    if not {"contact_force_reference", "contact_force_normal"} <= set(log.variables):
-        return np.zeros(log.sizes["time"], dtype=bool)
-    return in_phase(log, "slide") & (log.contact_force_reference.values > 0.0)
-
-
 def _wanted(run: Run) -> float:
     """The mean commanded force, N."""
-    during = commanded(run.log)
-    return float(np.mean(run.log.contact_force_reference.values[during])) if during.any() else 0.0
+    during = while_pressing(run.log)
+    return float(np.mean(wanted_force(run.log)[during])) if during.any() else 0.0
+
+
+def _required(run: Run) -> bool:
+    return force_is_commanded(run.log)
 
 
 def _missed_mean(run: Run) -> str:
     wanted, because = _wanted(run), limited_by(run.metrics["force_limits"])
     mean = wanted + run.metrics["force_error_mean"]
+    if FORCE_REFERENCE not in run.log:
+        because = "the controller says of no force that it commands it"
     because = f" ({because})" if because else ""
     return f"the mean force is {mean:.2f} of {wanted:.2f} N, {{value}} off, {{bound}} allowed{because}"
 
@@ -156,7 +155,7 @@ def touch_force_peak(run: Run) -> float:
             group=FORCE,
             row="size of that mean error, of the commanded force",
             ranked=False,
-            tolerance=Tolerance("force", _missed_mean, per=100.0),
+            tolerance=Tolerance("force", _missed_mean, per=100.0, required=_required),
         ),
         "rms": Score(
             f"Root mean square error of the {FORCE_WINDOW:g} s mean of the normal force (truth)",
@@ -165,7 +164,7 @@ def touch_force_peak(run: Run) -> float:
             group=FORCE,
             row=f"error of its {FORCE_WINDOW:g} s mean, root mean square",
             ranked=False,
-            tolerance=Tolerance("force_swing", _missed_swing, per=_wanted),
+            tolerance=Tolerance("force_swing", _missed_swing, per=_wanted, required=_required),
         ),
     }
 )
@@ -175,10 +174,10 @@ def force_error(run: Run) -> dict[str, float]:
     The mean is negative for a force too small. The root mean square is that of the 0.2 s mean of the error:
     what bias and slow swings make together, without chatter.
     """
-    log, during = run.log, commanded(run.log)
+    log, during = run.log, while_pressing(run.log)
     if not during.any():
         return dict.fromkeys(("mean", "percent", "rms"), np.nan)
-    wanted = log.contact_force_reference.values[during]
+    wanted = wanted_force(log)[during]
     error = log.contact_force_normal.values[during] - wanted
     slow = moving_mean(log.time.values[during], error, FORCE_WINDOW)
     return {
@@ -195,10 +194,10 @@ def force_limits(log: xr.Dataset) -> dict[str, dict[str, float]]:
         By the names of `WORDS`, as far as the log can tell: `share` of the time, and `error`, the part of the
         mean error (N) that came up in it. Shares add up to 1, parts to the mean error.
     """
-    during = commanded(log)
+    during = while_pressing(log)
     if not during.any():
         return {}
-    error = (log.contact_force_normal.values - log.contact_force_reference.values)[during]
+    error = (log.contact_force_normal.values - wanted_force(log))[during]
     free, found = np.ones(len(error), dtype=bool), {}
     for name, held in _held(log).items():
         here = free & held[during]
