@@ -161,6 +161,16 @@ def test_a_doubled_stroke_is_not(size, figure):
     assert "strokes" in missed(judged([figure(size)], [twice]))
 
 
+@pytest.mark.parametrize("samples", [4000, 400, 70, 40])
+def test_a_line_is_the_same_however_seldom_it_was_sampled(samples):
+    """The line between samples is compared, not the samples."""
+    scores = judged([circle(0.6)], [circle(0.6, samples)])
+    assert scores["done"] is True
+    assert scores["strokes"][0]["covered"] == 1.0
+    assert scores["line_missing_max"] < 2.0 * MM
+    assert scores["line_length_drawn"] == pytest.approx(scores["line_length"], rel=2e-3)
+
+
 @FEW
 @given(SIZES, st.integers(0, 10_000), st.sampled_from([circle, hook]))
 def test_a_scribble_is_not(size, seed, figure):

@@ -45,14 +45,14 @@ def force_is_commanded(log: xr.Dataset) -> bool:
 
 
 def while_pressing(log: xr.Dataset) -> np.ndarray:
-    """At which samples of the sliding period a force is wanted: booleans, (time,); none without truth."""
+    """At which samples of the sliding period a force is wanted, (time,); none without truth."""
     if "contact_force_normal" not in log:
         return np.zeros(log.sizes["time"], dtype=bool)
     return in_phase(log, "slide") & (wanted_force(log) > 0.0)
 
 
 def slowest_ramp(log: xr.Dataset) -> np.ndarray:
-    """The share of the commanded force that the slowest ramp at both ends of a stroke has reached, (time,)."""
+    """Which share of the commanded force the slowest ramp has reached, (time,)."""
     share, time = np.ones(log.sizes["time"]), log.time.values
     for begin, end in stretches(in_phase(log, "slide")):
         within = np.minimum(time[begin:end] - time[begin], time[end - 1] - time[begin:end])

@@ -134,10 +134,10 @@ def _in_plane(log: xr.Dataset, points: np.ndarray) -> np.ndarray:
     return np.stack([axis.along(points - offset) for axis in sliding_axes(log)], axis=1)
 
 
-def dense(line: np.ndarray) -> np.ndarray:
-    """The same line with more points, `PITCH` apart at most."""
+def dense(line: np.ndarray, pitch: float = PITCH) -> np.ndarray:
+    """The same line with more points, `pitch` (m) apart at most."""
     lengths = np.linalg.norm(np.diff(line, axis=0), axis=1)
-    counts = np.maximum(np.ceil(lengths / PITCH).astype(int), 1)
+    counts = np.maximum(np.ceil(lengths / pitch).astype(int), 1)
     piece = np.repeat(np.arange(len(counts)), counts)
     within = np.arange(len(piece)) - np.repeat(np.cumsum(counts) - counts, counts)
     places = np.append(piece + within / counts[piece], len(line) - 1.0)

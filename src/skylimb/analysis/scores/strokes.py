@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from skylimb.analysis.scores.fidelity import Fidelity, fidelity, frechet
-from skylimb.analysis.scores.fit import Allowed, at_most, best_move, extent, feature_sizes, thinned
+from skylimb.analysis.scores.fit import COARSE, Allowed, at_most, best_move, extent, feature_sizes, thinned
 from skylimb.analysis.scores.nearest import distances, nearest
 from skylimb.analysis.scores.pen_line import dense, drawn_samples, marks, reference_line
 from skylimb.analysis.scores.signals import in_contact, in_phase, phase_names, stretches
@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 
 _WAITS = 2.5
 """So many ticks before a lift's last may a clock stand that waits for touch: it stands between ticks, too."""
+
+_SPARSE = 2.0 * COARSE
+"""Spacing of a drawn line's points at most, m: it is the line between the samples that is compared."""
 
 _SHAPE_POINTS = 600
 """Points of a reference line at most where what is allowed is wider than their spacing."""
@@ -171,7 +174,7 @@ def held_off(log: xr.Dataset) -> np.ndarray:
 
 
 def _pieces(samples: np.ndarray, points: np.ndarray) -> Iterator[np.ndarray]:
-    """What was drawn from touch to loss of touch, with points `COARSE` apart at least."""
+    """What was drawn from touch to loss of touch, with points `COARSE` to `_SPARSE` apart."""
     for piece in np.split(points, np.flatnonzero(np.diff(samples) > 1) + 1):
         if len(piece):
-            yield thinned(piece)
+            yield dense(thinned(piece), _SPARSE)
