@@ -55,6 +55,15 @@ class Tolerances:
             10,
         ),
     ] = 0.050
+    longer: Annotated[
+        float,
+        Key(
+            "",
+            "share by which what is drawn of a stroke may be longer than it, besides five times `finest`",
+            0.0,
+            1e3,
+        ),
+    ] = 0.10
     path: Annotated[
         float,
         Key("", "least share of the reference line that is drawn within what its shape allows", 0.0, 1.0),
