@@ -172,7 +172,7 @@ def along(line, ways):
 def beside(line, off):
     """The line with every point moved across it by `off`, (n,), m."""
     way = np.gradient(line, axis=0)
-    across = way[:, ::-1] * [1.0, -1.0] / np.linalg.norm(way, axis=1, keepdims=True)
+    across = way[:, ::-1] * [1.0, -1.0] / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-12)
     return line + off[:, None] * across
 
 

@@ -21,6 +21,14 @@ class Tolerances:
         float,
         Key("", "greatest root mean square error of its 0.2 s mean, as a share of the commanded", 0.0, 10.0),
     ] = 0.30
+    force_spread: Annotated[
+        float,
+        Key("", "greatest root mean square error of its 5 ms mean, as a share of the commanded", 0.0, 10.0),
+    ] = 0.5
+    force_peak: Annotated[
+        float,
+        Key("", "greatest excess of its 10 ms mean, in times of the commanded", 0.0, 1e3),
+    ] = 4.0
     of_size: Annotated[
         float,
         Key(
