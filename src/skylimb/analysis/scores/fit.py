@@ -34,6 +34,9 @@ FARTHEST, FARTHEST_MARK = 3.0, 4.0
 _ENDS = 5.0
 """How much longer a stroke may be for what the pen draws as it begins and ends: so many times `finest`."""
 
+_BEHIND_FINEST, _BEHIND = 8.0, 6.0
+"""How far the pen may be from its reference of the moment, in times of what a line may be off."""
+
 _QUARTER = 0.5 * np.pi
 _ROUNDS = 6
 _UNTOLD = 0.05
@@ -50,6 +53,7 @@ class Allowed(NamedTuple):
         pen_line: however large it is, m.
         frechet: the greatest of a single place, m; else that is `FARTHEST` times as far.
         marks: the greatest of marks beside the line, m; else that is `FARTHEST_MARK` times as far.
+        behind: how far the pen may be from its reference of the moment, however large its strokes are, m.
         longer: share by which what is drawn of a stroke may be longer than the stroke.
     """
 
@@ -58,6 +62,7 @@ class Allowed(NamedTuple):
     pen_line: float = 0.020
     frechet: float = 0.020
     marks: float = 0.050
+    behind: float = 0.100
     longer: float = 0.10
 
     @classmethod
@@ -76,6 +81,10 @@ class Allowed(NamedTuple):
     def farthest_mark(self, size: float) -> float:
         """Of a mark beside lines of a size (m), m."""
         return float(min(self.marks, FARTHEST_MARK * max(self.finest, self.of_size * size)))
+
+    def behind_of(self, size: float) -> float:
+        """From the reference of the moment, for strokes of a size (m), m."""
+        return min(self.behind, max(_BEHIND_FINEST * self.finest, _BEHIND * self.of_size * size))
 
     def longest(self, length: float) -> float:
         """Of what is drawn of a stroke of a length (m), m."""

@@ -62,7 +62,7 @@ def _missed_spread(run: Run) -> str:
 
 
 def _missed_peak(run: Run) -> str:
-    return f"the force hammers: it goes {{value}} of {_wanted(run):.2f} N beyond it, {{bound}} allowed"
+    return f"the force hammers: a blow goes {{value}} of {_wanted(run):.2f} N beyond it, {{bound}} allowed"
 
 
 @metric(unit="N", group=FORCE, row="estimated in {signed}, median")

@@ -35,11 +35,12 @@ Number = float | bool | None
 MISSION = "Distance of the centre of gravity from the mission's reference"
 TARGET = "Distance of the centre of gravity from the control law's own target"
 PEN = "Distance of the pen from its reference line"
+TIMING = "Time"
 DRAWING = "The drawn line"
 TASK = "The task"
 FORCE = "Force"
 CONTACT = "Contact and attitude"
-GROUPS = ("Done as commanded", MISSION, TARGET, PEN, DRAWING, TASK, FORCE, CONTACT)
+GROUPS = ("Done as commanded", MISSION, TARGET, PEN, DRAWING, TIMING, TASK, FORCE, CONTACT)
 """Parts of a table of scores in their order; a group that is not among them comes after them."""
 
 FURTHER = "Further numbers"

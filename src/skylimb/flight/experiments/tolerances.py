@@ -72,6 +72,16 @@ class Tolerances:
             1e3,
         ),
     ] = 0.10
+    behind: Annotated[
+        float,
+        Key(
+            "m",
+            "greatest distance of the pen from its reference of the moment, but for 5 % of the time; less "
+            "where the size of its strokes allows less",
+            0.0,
+            10.0,
+        ),
+    ] = 0.100
     path: Annotated[
         float,
         Key("", "least share of the reference line that is drawn within what its shape allows", 0.0, 1.0),
