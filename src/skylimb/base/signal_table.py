@@ -194,7 +194,12 @@ SIGNALS: dict[str, SignalInfo] = {
     "contact_state": SignalInfo(_SCALAR, "", "", "state of the contact's state machine", "estimate"),
     "contact_reason": SignalInfo(_SCALAR, "", "", "reason of its last transition", "estimate"),
     "normal_force_estimate": SignalInfo(_SCALAR, "N", "", "estimated normal force", "estimate"),
-    "contact_force_reference": SignalInfo(_SCALAR, "N", "", "normal force that is commanded", "reference"),
+    "contact_force_commanded": SignalInfo(
+        _SCALAR, "N", "", "normal force that the experiment commands; NaN where none", "reference"
+    ),
+    "contact_force_reference": SignalInfo(
+        _SCALAR, "N", "", "normal force that the law commands", "reference"
+    ),
     "contact_force_target": SignalInfo(
         _SCALAR, "N", "", "normal force that the law presses with at the moment, after easing", "command"
     ),

@@ -38,7 +38,9 @@ _OF_THE_LOG = {
 """The log's axes, the command, and what the log does not keep."""
 _OF_LAWS = "estimate", "command"
 FORCE_REFERENCE = "contact_force_reference"
-"""What a law that presses records besides."""
+"""What a law that presses records besides: the force that it takes for commanded."""
+FORCE_COMMANDED = "contact_force_commanded"
+"""What the experiment commands; the loop records it, and no law may."""
 _LONGEST = 100
 
 

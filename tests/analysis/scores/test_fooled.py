@@ -1,6 +1,7 @@
 """No score is fooled: what looks like the drawing by one number and is not, at all sizes; and what is."""
 
 import json
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -159,6 +160,70 @@ def test_a_dropped_stroke_is_not(size, dropped):
 def test_a_doubled_stroke_is_not(size, figure):
     twice = np.vstack([figure(size), figure(size)[::-1]])
     assert "strokes" in missed(judged([figure(size)], [twice]))
+
+
+def along(line, ways):
+    """The line drawn from place to place along it, as shares of its length."""
+    lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    at = lengths[-1] * np.concatenate([np.linspace(a, b, 300) for a, b in pairwise(ways)])
+    return np.stack([np.interp(at, lengths, axis) for axis in line.T], axis=1)
+
+
+def beside(line, off):
+    """The line with every point moved across it by `off`, (n,), m."""
+    way = np.gradient(line, axis=0)
+    across = way[:, ::-1] * [1.0, -1.0] / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-12)
+    return line + off[:, None] * across
+
+
+@FEW
+@given(SIZES, st.sampled_from([circle, hook]), st.floats(0.3, 0.7))
+def test_a_stroke_of_which_a_part_is_drawn_three_times_is_not(size, figure, middle):
+    """As much to and fro as its Frechet distance does not see."""
+    part, detours = min(0.4, 0.038 / size), 1 + round(10.0 * size)
+    drawn = along(figure(size), [0.0, *[middle, middle - part] * detours, 1.0])
+    scores = judged([figure(size)], [drawn])
+    assert "strokes" in missed(scores)
+    assert scores["done"] is False
+
+
+def test_a_short_stroke_that_is_drawn_three_times_is_told_as_such():
+    line = np.linspace([0.0, 0.0], [0.4, 0.0], 400)
+    drawn = along(line, [0.0, 0.75, 0.655, 1.0])
+    scores = judged([line], [drawn])
+    assert missed(scores) == {"strokes"}
+    (words,) = scores["missed"]
+    assert words.startswith("the line is drawn to and fro: 47")
+    assert words.endswith(" mm for its 400 mm, 445 mm allowed")
+    assert not scores["strokes"][0]["kept"]
+    short = line / 40.0
+    assert "strokes" in missed(judged([short], [along(short, [0.0, 1.0, 0.2, 1.0])]))
+
+
+@FEW
+@given(SIZES, st.sampled_from([circle, hook]), st.floats(0.5, 0.95), st.sampled_from(["zigzag", "coil"]))
+def test_a_scribble_within_what_a_place_may_be_off_is_not(size, figure, part, kind):
+    """A line that swings from one side of its stroke to the other all the way, or curls around it."""
+    points = figure(size)
+    at = np.linspace(0.0, len(points) - 1.0, 12_000)
+    line = np.stack([np.interp(at, np.arange(len(points)), axis) for axis in points.T], axis=1)
+    most = min(0.02, 3.0 * max(0.001, 0.05 * size))
+    turns = 2.0 * np.pi * np.linspace(0.0, 1.0, len(line)) * round(max(12.0, 3.0 * size / most))
+    if kind == "zigzag":
+        drawn = beside(line, part * most * 2.0 / np.pi * np.arcsin(np.sin(turns)))
+    else:
+        drawn = line + part * most * np.stack([np.cos(turns) - 1.0, np.sin(turns)], axis=1) / np.sqrt(2.0)
+    assert "strokes" in missed(judged([figure(size)], [drawn]))
+
+
+@pytest.mark.parametrize("samples", [4000, 400, 70, 40])
+def test_a_line_is_the_same_however_seldom_it_was_sampled(samples):
+    """The line between samples is compared, not the samples."""
+    scores = judged([circle(0.6)], [circle(0.6, samples)])
+    assert scores["done"] is True
+    assert scores["strokes"][0]["covered"] == 1.0
+    assert scores["line_missing_max"] < 2.0 * MM
+    assert scores["line_length_drawn"] == pytest.approx(scores["line_length"], rel=2e-3)
 
 
 @FEW

@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 from skylimb.analysis.recording import Run
-from skylimb.analysis.scores.force import NAMED_FROM, commanded, force_error, force_limits, limited_by
+from skylimb.analysis.scores.commanded_force import while_pressing
+from skylimb.analysis.scores.force import force_error
+from skylimb.analysis.scores.force_limits import NAMED_FROM, force_limits, limited_by
+from skylimb.analysis.scores.metrics import metrics
 
 SLIDE = 4
 
@@ -37,7 +40,7 @@ def test_a_controller_that_commands_no_force_has_no_error(make_log):
     log = make_log()
     assert force_limits(log) == {}
     assert np.isnan(list(errors(log).values())).all()
-    assert not commanded(log).any()
+    assert not while_pressing(log).any()
     assert np.isnan(list(errors(pressed(log, 0.0, 1.0)).values())).all()
 
 
@@ -57,6 +60,46 @@ def test_slow_swings_about_the_right_mean_show_and_chatter_does_not(make_log):
     assert abs(swings["mean"]) < 0.02
     assert swings["rms"] == pytest.approx(0.5, abs=0.05)
     assert chatter["rms"] < 0.02
+
+
+TOLERANCES = {"force": 0.1, "force_swing": 0.3, "force_spread": 0.5, "force_peak": 4.0}
+
+
+def missed(log):
+    checks = metrics(log.assign_attrs(tolerances=json.dumps(TOLERANCES)))["checks"]
+    return {name for name, check in checks.items() if not check["kept"]}
+
+
+@pytest.mark.parametrize("frequency", [5.0, 7.5, 10.0, 20.0, 45.0])
+def test_a_force_that_swings_from_nothing_to_twice_is_no_steady_one(make_log, frequency):
+    """Its 0.2 s mean does not see it."""
+    log = make_log(dt=0.005)
+    wave = np.sin(2.0 * np.pi * frequency * log.time.values)
+    assert missed(pressed(log, 1.0, 1.0 + wave)) == {"force_spread"}
+    assert missed(pressed(log, 1.0, 1.0 + 0.6 * wave)) == set()
+
+
+def test_blows_are_no_force_however_right_their_mean(make_log):
+    log = make_log(dt=0.005)
+    blows = np.where(np.arange(log.sizes["time"]) % 40 < 2, 20.0, 0.0)
+    assert missed(pressed(log, 1.0, blows)) == {"force_spread", "force_peak"}
+    once = np.ones(log.sizes["time"])
+    once[during(log, 0.5)[-2:]] = 8.0
+    assert missed(pressed(log, 1.0, once)) == {"force_peak"}
+    assert errors(pressed(log, 1.0, once))["peak"] == pytest.approx(7.0)
+
+
+def test_no_mean_goes_over_a_gap_between_two_strokes(make_log):
+    """Two strokes of 0.1 s with errors of either sign; glued together they would cancel."""
+    log = pressed(make_log(dt=0.005), 1.0, 1.0)
+    log.contact_force_reference[:] = 0.0
+    slide = during(log, 1.0)
+    for number, error in enumerate((0.8, -0.8) * 4):
+        stroke = slide[40 * number : 40 * number + 20]
+        log.contact_force_reference[stroke] = 1.0
+        log.contact_force_normal[stroke] = 1.0 + error
+    assert errors(log)["mean"] == pytest.approx(0.0, abs=1e-9)
+    assert errors(log)["rms"] == pytest.approx(0.8)
 
 
 def test_a_pen_off_the_surface_misses_the_whole_force(make_log):

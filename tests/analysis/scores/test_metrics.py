@@ -67,7 +67,9 @@ def test_groups_show_what_some_flight_has(make_log):
     log = make_log()
     nearest = json.dumps(["rotor1", 0.1, 2.0])
     told = log.assign_attrs(tolerances=json.dumps(TOLERANCES), clearance=nearest)
-    told = told.assign(contact_force_reference=log.contact_force_normal)
+    told = told.assign(
+        contact_force_reference=log.contact_force_normal, tip_position_reference=log.tip_position
+    )
     target = told.assign(cog_position_target=log.cog_position)
     lost = make_log(status="FAILED", cause="fell")
 
@@ -91,7 +93,7 @@ def test_groups_show_what_some_flight_has(make_log):
         key
         for key in NUMERIC_KEYS
         if key not in of_a_tool
-        and not key.startswith(("target_", "force_", "done", "lift_", "area_", "clear"))
+        and not key.startswith(("target_", "force_", "done", "lift_", "area_", "clear", "pen_behind"))
     ]
     assert shown(lost) == {}
 

@@ -26,7 +26,7 @@ def test_every_score_is_declared_once_and_says_what_it_is():
 
 
 def test_every_tolerance_of_an_experiment_judges_a_score_in_its_unit():
-    sizes = {"of_size", "finest", "frechet"}  # by which a line's bounds follow what is drawn
+    sizes = {"of_size", "finest", "frechet", "longer"}  # by which a line's bounds follow what is drawn
     assert {field.name for field in fields(Tolerances)} - sizes == TOLERANCES
 
 

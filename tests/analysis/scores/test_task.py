@@ -80,3 +80,10 @@ def test_the_figure_and_the_panels_hold_what_was_commanded(worked, make_log):
     assert not picture.suits({"one": run, "two": Run("plain", "plain", make_log(), {})})
     titles = [panel["title"] for panel in packed_panels(worked)["panels"]]
     assert {"Turn of the valve", "Depth of the peg's end"} <= set(titles)
+
+
+def test_a_foot_that_does_not_touch_in_the_end_misses_what_was_commanded(worked):
+    worked.contact[:] = 0
+    scores = metrics(worked)
+    assert scores["checks"]["foot"] == {"value": None, "tolerance": Tolerances().foot, "kept": False}
+    assert any("foot" in words and "there is none to be judged" in words for words in scores["missed"])

@@ -174,3 +174,19 @@ def test_a_figure_is_a_matplotlib_figure() -> None:
 
 def test_the_example_has_both() -> None:
     assert [one.name for one in load_user_scores([EXAMPLE])] == ["overshoot", "tilt_spread", "thrusts"]
+
+
+def test_a_required_metric_without_a_number_is_missed_and_stays_so_in_the_record() -> None:
+    @skylimb.metric(unit="m", smaller_is_better=True, tolerance=skylimb.Tolerance(0.1, required=True))
+    def found(run: Run) -> float:
+        """How far it is."""
+        return np.nan
+
+    @skylimb.metric(unit="m", smaller_is_better=True, tolerance=0.1)
+    def optional(run: Run) -> float:
+        """How far it is, where it is at all."""
+        return np.nan
+
+    judged = scored(run(), [found, optional])
+    assert (judged.done, judged.missed) == (False, ["How far it is: there is none to be judged"])
+    assert scored(judged).missed == judged.missed

@@ -1,12 +1,22 @@
 """The raw record of a flight, and the mission as it was flown."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from skylimb.base.errors import UserCodeError
 from skylimb.base.packing import Layout
-from skylimb.control.loop.flight import Flight, flown_mission, mission_clock, mission_ticks, unfinished
+from skylimb.base.signals import require_free
+from skylimb.control.loop.flight import (
+    Flight,
+    flown_mission,
+    mission_clock,
+    mission_signals,
+    mission_ticks,
+    unfinished,
+)
 from skylimb.control.loop.terminations import Terminations, find_loss, watched_columns
 from skylimb.control.missions.frame import contact_frame
 from skylimb.control.missions.mission import Mission
@@ -142,3 +152,19 @@ def test_signals_have_their_shape() -> None:
     assert flight.signal("configuration").shape == (12, 9)
     assert flight.has("own")
     assert not flight.has("nothing")
+
+
+def test_the_commanded_force_is_told_at_the_missions_own_clock() -> None:
+    whole = mission()
+    assert "contact_force_commanded" not in mission_signals(whole, 5)
+    force = np.maximum(np.arange(40.0) - 2.0, 0.0)
+    whole = replace(whole, reference=whole.reference._replace(force=force))
+    flight = paced([0.5] * 8)
+    told = mission_signals(flown_mission(whole, flight), flight.ticks)["contact_force_commanded"]
+    np.testing.assert_allclose(told, [np.nan] * 5 + [0.5, 1.0, 1.5])
+
+
+def test_no_law_records_the_commanded_force() -> None:
+    require_free({"contact_force_reference": 1.0}, "a law")
+    with pytest.raises(UserCodeError, match="contact_force_commanded"):
+        require_free({"contact_force_commanded": 1.0}, "a law")

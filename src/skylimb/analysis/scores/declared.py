@@ -34,13 +34,19 @@ def declaring(run: AnyRun, scores: Iterable[Score]) -> AnyRun:
     """The run with more declarations in its log; its tolerances have the words that suit this run."""
     found = declared_in(run.log)
     for score in scores:
-        judged = score.tolerance if run.metrics.get(score.name) is not None else None
-        tolerance = judged.of(run) if judged else None
-        found[score.name] = replace(score, tolerance=tolerance)
+        found[score.name] = replace(score, tolerance=_judging(run, score))
     if not found:
         return run
     text = json.dumps([asdict(score) for score in found.values()])
     return replace(run, log=run.log.assign_attrs({ATTRIBUTE: text}))
+
+
+def _judging(run: Run, score: Score) -> Tolerance | None:
+    """The tolerance with what it is for this run; None where the score is not judged."""
+    tolerance = score.tolerance
+    if tolerance is None or run.metrics.get(score.name) is not None:
+        return tolerance and tolerance.of(run)
+    return Tolerance(tolerance.bound, required=True) if tolerance.is_required(run) else None
 
 
 def scores_of(runs: Iterable[Run]) -> Mapping[str, Score]:

@@ -34,14 +34,24 @@ def _drawn(meaning: str, row: str, **more: Any) -> Score:
     return Score(meaning, "m", group=DRAWING, row=row, ranked=False, **more)
 
 
+def _excess(stroke: dict[str, Any]) -> float:
+    """How far a stroke is beyond what is allowed of its shape, or of its length if that is more."""
+    if stroke["excess"] is None:
+        return np.inf
+    return max(stroke["excess"], stroke["drawn"] / stroke["longest"])
+
+
 def _missed_strokes(run: Run) -> str:
     strokes = run.metrics["strokes"]
-    worst = max(strokes, key=lambda stroke: np.inf if stroke["excess"] is None else stroke["excess"])
+    worst = max(strokes, key=_excess)
     missed = sum(not stroke["kept"] for stroke in strokes)
     which = f"stroke {strokes.index(worst) + 1} of {len(strokes)}" if len(strokes) > 1 else "the line"
     others = f" (and {missed - 1} more)" if missed > 1 else ""
     if worst["excess"] is None:
         return f"{which} is not drawn{others}"
+    drawn, length, longest = (f"{1e3 * worst[name]:.0f} mm" for name in ("drawn", "length", "longest"))
+    if worst["excess"] <= 1.0:
+        return f"{which} is drawn to and fro: {drawn} for its {length}, {longest} allowed{others}"
     return (
         f"{which} is off its shape by {worst['excess']:.1f} times what its corners and bows allow, "
         f"{1e3 * worst['shape']:.1f} mm root mean square{others}"
@@ -103,7 +113,8 @@ def _missed_strokes(run: Run) -> str:
             tolerance=Tolerance("path", "{value} of the line is drawn, {bound} commanded"),
         ),
         "strokes_missed": Score(
-            "Strokes that are not drawn, or farther from their shape than their corners and bows allow",
+            "Strokes that are not drawn, are drawn to and fro, or are farther from their shape than their "
+            "corners and bows allow",
             smaller_is_better=True,
             group=DRAWING,
             row="strokes that miss their shape",

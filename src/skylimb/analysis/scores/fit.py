@@ -5,7 +5,9 @@ share of its size, and off its shape by a share of the corner or bow at hand, ro
 
     allowed = min(most, max(finest, share * size)),
 
-and a single place four times as far.
+and a single place three times as far, a mark beside the line four times. What is drawn of a stroke may be
+longer than the stroke by a share of it, and by some millimetres at its ends: what goes to and fro within all
+this is no line.
 
 The **feature** at a place of a line is the stretch around it along which the line turns by a quarter turn to
 either side: half of a circle, a leg of a star, the whole of a straight line. Its size is the distance between
@@ -26,8 +28,14 @@ if TYPE_CHECKING:
 COARSE = 0.001
 """Spacing of the points of a thinned line, m: its length and its turns are not those of its trembling."""
 
-FARTHEST = 4.0
-"""How much farther than the root mean square a single place may be off."""
+FARTHEST, FARTHEST_MARK = 3.0, 4.0
+"""How much farther than the root mean square a single place may be off, and a mark beside the line."""
+
+_ENDS = 5.0
+"""How much longer a stroke may be for what the pen draws as it begins and ends: so many times `finest`."""
+
+_BEHIND_FINEST, _BEHIND = 8.0, 6.0
+"""How far the pen may be from its reference of the moment, in times of what a line may be off."""
 
 _QUARTER = 0.5 * np.pi
 _ROUNDS = 6
@@ -44,7 +52,9 @@ class Allowed(NamedTuple):
         finest: however small it is, m.
         pen_line: however large it is, m.
         frechet: the greatest of a single place, m; else that is `FARTHEST` times as far.
-        marks: the greatest of marks beside the line, m.
+        marks: the greatest of marks beside the line, m; else that is `FARTHEST_MARK` times as far.
+        behind: how far the pen may be from its reference of the moment, however large its strokes are, m.
+        longer: share by which what is drawn of a stroke may be longer than the stroke.
     """
 
     of_size: float = 0.05
@@ -52,6 +62,8 @@ class Allowed(NamedTuple):
     pen_line: float = 0.020
     frechet: float = 0.020
     marks: float = 0.050
+    behind: float = 0.100
+    longer: float = 0.10
 
     @classmethod
     def stated(cls, tolerances: Mapping[str, float]) -> Allowed:
@@ -62,9 +74,21 @@ class Allowed(NamedTuple):
         """For sizes (m), m."""
         return np.minimum(self.pen_line, np.maximum(self.finest, self.of_size * size))
 
-    def farthest(self, size: Any, most: float) -> Any:
-        """Of a single place, for sizes (m), `most` at most, m."""
-        return np.minimum(most, FARTHEST * np.maximum(self.finest, self.of_size * size))
+    def farthest(self, size: Any) -> Any:
+        """Of a single place, for sizes (m), m."""
+        return np.minimum(self.frechet, FARTHEST * np.maximum(self.finest, self.of_size * size))
+
+    def farthest_mark(self, size: float) -> float:
+        """Of a mark beside lines of a size (m), m."""
+        return float(min(self.marks, FARTHEST_MARK * max(self.finest, self.of_size * size)))
+
+    def behind_of(self, size: float) -> float:
+        """From the reference of the moment, for strokes of a size (m), m."""
+        return min(self.behind, max(_BEHIND_FINEST * self.finest, _BEHIND * self.of_size * size))
+
+    def longest(self, length: float) -> float:
+        """Of what is drawn of a stroke of a length (m), m."""
+        return (1.0 + self.longer) * length + _ENDS * self.finest
 
 
 def feature_sizes(line: np.ndarray) -> np.ndarray:

@@ -16,9 +16,10 @@ from skylimb.analysis.scores.force import FORCE_WINDOW
 from skylimb.analysis.scores.score import Score, metric
 from skylimb.analysis.scores.signals import (
     contact_axis,
+    held_means,
     in_contact,
     in_phase,
-    moving_mean,
+    recorded,
     sliding_axes,
     while_sliding,
 )
@@ -37,8 +38,8 @@ _paper = partial(metric, on_demand="paper", ranked=False)
 )
 def force_slow_std(run: Run) -> float:
     """How much the normal force swings."""
-    time, force = (while_sliding(run.log, name) for name in ("time", "contact_force_normal"))
-    return float(np.std(moving_mean(time, force, FORCE_WINDOW)))
+    sliding, force = in_phase(run.log, "slide"), recorded(run.log, "contact_force_normal")
+    return float(np.std(held_means(run.log.time.values, force, sliding, FORCE_WINDOW)))
 
 
 @_contact(

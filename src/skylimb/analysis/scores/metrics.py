@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from skylimb.analysis.recording.run import Run
 from skylimb.analysis.scores.drawn_strokes import DRAWN
-from skylimb.analysis.scores.force import force_limits
+from skylimb.analysis.scores.force_limits import force_limits
 from skylimb.analysis.scores.registry import METRICS, NUMERIC_KEYS, numbers_of
 from skylimb.analysis.scores.score import Number, Score
 from skylimb.analysis.scores.strokes import Stroke, drawn_line

@@ -91,7 +91,7 @@ def marks(log: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     if "tip_position" not in log:
         return np.zeros(0, dtype=int), np.zeros((0, 2))
     samples = np.flatnonzero(in_contact(log))
-    points = _in_plane(log, log.tip_position.values[samples])
+    points = in_plane(log, log.tip_position.values[samples])
     finite = np.isfinite(points).all(axis=1)
     return samples[finite], points[finite]
 
@@ -106,9 +106,9 @@ def reference_line(log: xr.Dataset) -> list[np.ndarray]:
     if "reference_line" in log:
         return [part for part in between_gaps(log.reference_line.values) if len(part) > 1]
     if "tip_position_reference" in log:
-        path = _in_plane(log, log.tip_position_reference.values[in_phase(log, "slide")])
+        path = in_plane(log, log.tip_position_reference.values[in_phase(log, "slide")])
     elif {"tip_position", "cog_position", "cog_position_reference"} <= set(log.variables):
-        path = _in_plane(log, nominal_path(log, None))
+        path = in_plane(log, nominal_path(log, None))
     else:
         return []
     moved = np.concatenate([[True], np.linalg.norm(np.diff(path, axis=0), axis=1) > 0.0]) if len(path) else []
@@ -128,16 +128,17 @@ def as_seen(log: xr.Dataset, points: np.ndarray) -> np.ndarray:
     return points * [1.0 if u.vector @ right > 0.0 else -1.0, 1.0]
 
 
-def _in_plane(log: xr.Dataset, points: np.ndarray) -> np.ndarray:
+def in_plane(log: xr.Dataset, points: np.ndarray) -> np.ndarray:
+    """(u, v) of points in W, (n, 3), about the middle of the path, m, (n, 2)."""
     middle = log.attrs.get("path_center")
     offset = np.asarray(json.loads(middle) if middle else np.zeros(3), dtype=float)
     return np.stack([axis.along(points - offset) for axis in sliding_axes(log)], axis=1)
 
 
-def dense(line: np.ndarray) -> np.ndarray:
-    """The same line with more points, `PITCH` apart at most."""
+def dense(line: np.ndarray, pitch: float = PITCH) -> np.ndarray:
+    """The same line with more points, `pitch` (m) apart at most."""
     lengths = np.linalg.norm(np.diff(line, axis=0), axis=1)
-    counts = np.maximum(np.ceil(lengths / PITCH).astype(int), 1)
+    counts = np.maximum(np.ceil(lengths / pitch).astype(int), 1)
     piece = np.repeat(np.arange(len(counts)), counts)
     within = np.arange(len(piece)) - np.repeat(np.cumsum(counts) - counts, counts)
     places = np.append(piece + within / counts[piece], len(line) - 1.0)

@@ -19,6 +19,7 @@ from skylimb.analysis.scores import (
     measures,
     pen_line,
     task,
+    timing,
     touch,
 )
 from skylimb.analysis.scores.score import Metric, Number, Score, grouped
@@ -27,7 +28,19 @@ from skylimb.analysis.scores.verdict import DONE
 
 METRICS: tuple[Metric, ...] = tuple(
     found
-    for module in (force, touch, pen_line, drawn_strokes, area, task, body, measures, faults, estimate)
+    for module in (
+        force,
+        touch,
+        pen_line,
+        drawn_strokes,
+        timing,
+        area,
+        task,
+        body,
+        measures,
+        faults,
+        estimate,
+    )
     for found in vars(module).values()
     if isinstance(found, Metric)
 )

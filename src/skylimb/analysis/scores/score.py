@@ -35,11 +35,12 @@ Number = float | bool | None
 MISSION = "Distance of the centre of gravity from the mission's reference"
 TARGET = "Distance of the centre of gravity from the control law's own target"
 PEN = "Distance of the pen from its reference line"
+TIMING = "Time"
 DRAWING = "The drawn line"
 TASK = "The task"
 FORCE = "Force"
 CONTACT = "Contact and attitude"
-GROUPS = ("Done as commanded", MISSION, TARGET, PEN, DRAWING, TASK, FORCE, CONTACT)
+GROUPS = ("Done as commanded", MISSION, TARGET, PEN, DRAWING, TIMING, TASK, FORCE, CONTACT)
 """Parts of a table of scores in their order; a group that is not among them comes after them."""
 
 FURTHER = "Further numbers"
@@ -57,12 +58,15 @@ class Tolerance:
         per: what makes a share of the score, which is judged in its place: a number, or a function of the
             run. A flight where it is 0 or not known is not judged.
         scaled: what the bound is for the size of what a run drew, in place of the stated one.
+        required: whether a run without a value misses it: yes or no, or a function of the run. What is not
+            required is not judged then.
     """
 
     bound: str | float
     words: str | Callable[[Run], str] = ""
     per: float | Callable[[Run], float | None] | None = None
     scaled: Callable[[Run], float] | None = None
+    required: bool | Callable[[Run], bool] = False
 
     def __post_init__(self) -> None:
         if isinstance(self.bound, str):
@@ -81,9 +85,17 @@ class Tolerance:
         return known.get(self.bound) if isinstance(self.bound, str) else self.bound
 
     def of(self, run: Run) -> Tolerance:
-        """The same with the words and the divisor that it has for a run."""
-        words = self.words(run) if callable(self.words) else self.words
-        return replace(self, words=words, per=(self.per(run) or 0.0) if callable(self.per) else self.per)
+        """The same with the words and the divisor that it has for a run, and whether it is required of it."""
+        return replace(
+            self,
+            words=self.words(run) if callable(self.words) else self.words,
+            per=(self.per(run) or 0.0) if callable(self.per) else self.per,
+            required=self.is_required(run),
+        )
+
+    def is_required(self, run: Run) -> bool:
+        """Whether the run misses it where it has no value."""
+        return self.required(run) if callable(self.required) else self.required
 
 
 @dataclass(frozen=True)

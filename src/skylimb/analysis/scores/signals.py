@@ -224,6 +224,19 @@ def moving_mean(time: np.ndarray, values: np.ndarray, window: float) -> np.ndarr
     return (total[count:] - total[:-count]) / count
 
 
+def held_means(time: np.ndarray, values: np.ndarray, held: np.ndarray, window: float) -> np.ndarray:
+    """The means of `moving_mean` over every stretch in which something is held, (k,): none goes over a gap.
+
+    Args:
+        time: evenly spaced times (s), shape (n,).
+        values: shape (n,).
+        held: booleans, shape (n,), of which some are true.
+        window: seconds; a shorter stretch has one mean, over all of it.
+    """
+    parts = [moving_mean(time[a:b], values[a:b], window) for a, b in stretches(held)]
+    return np.concatenate(parts)
+
+
 def at_ticks(log: xr.Dataset, other: xr.Dataset) -> xr.Dataset:
     """The last sample of a log at each tick of another, whose clock is 0 at the first sample."""
     begin = log.time.values[0]

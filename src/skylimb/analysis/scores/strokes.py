@@ -2,7 +2,8 @@
 
 **Place and shape** are told apart by the rigid move that lays all strokes together best on their reference.
 How far that move takes the reference is the error of the place. What it leaves, stroke by stroke, is that of
-the shape, held to what the size of its corners and bows allows (`skylimb.analysis.scores.fit`).
+the shape, held to what the size of its corners and bows allows (`skylimb.analysis.scores.fit`). The length of
+what was drawn tells a line from one that goes to and fro along it.
 
 Every mark counts: what the pen draws while it touches down, settles and leaves has its own distance from the
 line. All of it in the sliding plane, as in `skylimb.analysis.scores.pen_line`.
@@ -18,7 +19,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from skylimb.analysis.scores.fidelity import Fidelity, fidelity, frechet
-from skylimb.analysis.scores.fit import Allowed, at_most, best_move, extent, feature_sizes, thinned
+from skylimb.analysis.scores.fit import COARSE, Allowed, at_most, best_move, extent, feature_sizes, thinned
 from skylimb.analysis.scores.nearest import distances, nearest
 from skylimb.analysis.scores.pen_line import dense, drawn_samples, marks, reference_line
 from skylimb.analysis.scores.signals import in_contact, in_phase, phase_names, stretches
@@ -28,6 +29,9 @@ if TYPE_CHECKING:
 
 _WAITS = 2.5
 """So many ticks before a lift's last may a clock stand that waits for touch: it stands between ticks, too."""
+
+_SPARSE = 2.0 * COARSE
+"""Spacing of a drawn line's points at most, m: it is the line between the samples that is compared."""
 
 _SHAPE_POINTS = 600
 """Points of a reference line at most where what is allowed is wider than their spacing."""
@@ -42,12 +46,14 @@ class Stroke(Fidelity):
         excess: how many times as far as its corners and bows allow it is off its shape; by the root mean
             square of drawn places and of reference places, and by the Frechet distance, the greatest of all.
         covered: share of the stroke's length that is drawn, no farther off than a single place may be.
-        kept: whether it was drawn and keeps its shape.
+        longest: how long what is drawn of it may be, m.
+        kept: whether it was drawn, keeps its shape, and is not drawn to and fro.
     """
 
     shape: float
     excess: float
     covered: float
+    longest: float
     kept: bool
 
 
@@ -100,7 +106,7 @@ def drawn_line(log: xr.Dataset) -> Drawn | None:
         float(np.sqrt(np.mean(taken**2))),
         float(allowed.of(size)),
         float(distances(move.of(besides), there).max(initial=0.0)),
-        float(allowed.farthest(size, allowed.marks)),
+        allowed.farthest_mark(size),
         strokes,
     )
 
@@ -114,10 +120,11 @@ def _stroke(placed: Fidelity, wanted: np.ndarray, drawn: list[np.ndarray], allow
         drawn: what was drawn of it, moved; (k, 2) each, m.
         allowed: how far it may be off.
     """
+    longest = allowed.longest(placed.length)
     if not drawn:
-        return Stroke(**asdict(placed), shape=np.nan, excess=np.nan, covered=0.0, kept=False)
+        return Stroke(**asdict(placed), shape=np.nan, excess=np.nan, covered=0.0, longest=longest, kept=False)
     points, sizes = np.vstack(drawn), feature_sizes(wanted)
-    most, farthest = allowed.of(sizes), allowed.farthest(sizes, allowed.frechet)
+    most, farthest = allowed.of(sizes), allowed.farthest(sizes)
     beside = nearest(points, wanted)
     off, missing = np.linalg.norm(points - wanted[beside], axis=1), distances(wanted, points)
     ratios = (
@@ -130,7 +137,8 @@ def _stroke(placed: Fidelity, wanted: np.ndarray, drawn: list[np.ndarray], allow
         shape=float(np.sqrt(np.mean(off**2))),
         excess=float(max(ratios)),
         covered=float(np.mean(missing <= farthest)),
-        kept=bool(max(ratios) <= 1.0),
+        longest=longest,
+        kept=bool(max(ratios) <= 1.0 and placed.drawn <= longest),
     )
 
 
@@ -171,7 +179,7 @@ def held_off(log: xr.Dataset) -> np.ndarray:
 
 
 def _pieces(samples: np.ndarray, points: np.ndarray) -> Iterator[np.ndarray]:
-    """What was drawn from touch to loss of touch, with points `COARSE` apart at least."""
+    """What was drawn from touch to loss of touch, with points `COARSE` to `_SPARSE` apart."""
     for piece in np.split(points, np.flatnonzero(np.diff(samples) > 1) + 1):
         if len(piece):
-            yield thinned(piece)
+            yield dense(thinned(piece), _SPARSE)

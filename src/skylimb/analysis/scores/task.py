@@ -91,7 +91,11 @@ def peg_left(run: Run) -> float:
     group=TASK,
     row=f"foot from lying flat, mean over the last {AT_THE_END:g} s",
     ranked=False,
-    tolerance=Tolerance("foot", "the foot is {value} from lying flat, {bound} allowed"),
+    tolerance=Tolerance(
+        "foot",
+        "the foot is {value} from lying flat, {bound} allowed",
+        required=lambda run: FOOT.signal in run.log,
+    ),
     meaning=f"Mean angle between foot and surface over the last {AT_THE_END:g} s of sliding",
 )
 def foot_angle_mean(run: Run) -> float:

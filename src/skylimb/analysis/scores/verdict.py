@@ -2,9 +2,10 @@
 
 A flight that comes to its end has the status OK. That says nothing of what it did there. Its verdict does:
 every score that is declared with a tolerance is held to it, a user's own as well. The pen touches, keeps to
-its reference line, draws all of it, and presses with the commanded force where the controller commands one. A
-flight of which nothing can be judged, such as one that is to touch nothing, has no verdict. A lost flight did
-not do what was commanded, whatever it did before.
+its reference line, draws all of it, and presses with the commanded force where one is commanded. What is
+commanded and has no value is missed; what else has none is not judged. A flight of which nothing can be
+judged, such as one that is to touch nothing, has no verdict. A lost flight did not do what was commanded,
+whatever it did before.
 """
 
 from __future__ import annotations
@@ -45,8 +46,8 @@ def verdict(run: Run, scores: Iterable[Score]) -> dict[str, Any]:
     Returns:
         `done`: None where nothing could be judged, or the flight was stopped on purpose. `missed`: what was
         missed and by how much, in words. `checks`: by the tolerance's name, or the
-        score's where another is held to the same: `value` (in the tolerance's unit), `tolerance`, and whether
-        it is `kept`.
+        score's where another is held to the same: `value` (in the tolerance's unit; None where a required one
+        has none), `tolerance`, and whether it is `kept`.
     """
     known = json.loads(run.log.attrs.get("tolerances", "{}"))
     missed, checks = list(run.metrics.get("missed", ())), dict(run.metrics.get("checks", {}))
@@ -62,12 +63,17 @@ def verdict(run: Run, scores: Iterable[Score]) -> dict[str, Any]:
         return {"done": None, "missed": [], "checks": checks}
     for score, tolerated, stated in held:
         value = run.metrics.get(score.name)
-        if value is None or (tolerance := tolerated.of(run)).per == 0.0:
+        name = tolerated.bound if tolerated.bound in known and tolerated.bound not in checks else score.name
+        if value is None:
+            if tolerated.is_required(run):
+                checks[name] = {"value": None, "tolerance": stated, "kept": False}
+                missed.append(f"{score.text(axis_names(run.log))}: there is none to be judged")
+            continue
+        if (tolerance := tolerated.of(run)).per == 0.0:
             continue
         value = value if tolerance.per is None else value / tolerance.per
         bound = tolerated.scaled(run) if tolerated.scaled else stated
         kept = value <= bound if score.smaller_is_better else value >= bound
-        name = tolerance.bound if tolerance.bound in known and tolerance.bound not in checks else score.name
         checks[name] = {"value": value, "tolerance": bound, "kept": kept}
         if not kept:
             missed.append(_words(run, score, tolerance, value, bound))

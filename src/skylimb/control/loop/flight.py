@@ -86,8 +86,13 @@ def flown_mission(mission: Mission, flight: Flight) -> Mission:
 
 
 def mission_signals(mission: Mission, ticks: int) -> dict[str, np.ndarray]:
-    """What a mission, as it was flown, asked for in its first ticks, by the names of the log."""
+    """What a mission, as it was flown, asked for in its first ticks, by the names of the log.
+
+    A mission that leaves the force to the controller has no `contact_force_commanded`.
+    """
     reference = mission.reference
+    force = reference.force[:ticks]
+    pressed = {"contact_force_commanded": np.where(force > 0.0, force, np.nan)}
     return {
         "cog_position_reference": reference.position[:ticks],
         "cog_velocity_reference": reference.velocity[:ticks],
@@ -95,6 +100,7 @@ def mission_signals(mission: Mission, ticks: int) -> dict[str, np.ndarray]:
         "reach_reference": reference.reach[:ticks],
         "tip_position_reference": reference.tip_position[:ticks],
         "phase": mission.phase[:ticks].astype(np.int8),
+        **(pressed if reference.force.any() else {}),
     }
 
 

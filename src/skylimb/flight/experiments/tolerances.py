@@ -21,6 +21,14 @@ class Tolerances:
         float,
         Key("", "greatest root mean square error of its 0.2 s mean, as a share of the commanded", 0.0, 10.0),
     ] = 0.30
+    force_spread: Annotated[
+        float,
+        Key("", "greatest root mean square error of its 5 ms mean, as a share of the commanded", 0.0, 10.0),
+    ] = 0.5
+    force_peak: Annotated[
+        float,
+        Key("", "greatest excess of its 10 ms mean, in times of the commanded", 0.0, 1e3),
+    ] = 4.0
     of_size: Annotated[
         float,
         Key(
@@ -55,6 +63,25 @@ class Tolerances:
             10,
         ),
     ] = 0.050
+    longer: Annotated[
+        float,
+        Key(
+            "",
+            "share by which what is drawn of a stroke may be longer than it, besides five times `finest`",
+            0.0,
+            1e3,
+        ),
+    ] = 0.10
+    behind: Annotated[
+        float,
+        Key(
+            "m",
+            "greatest distance of the pen from its reference of the moment, but for 5 % of the time; less "
+            "where the size of its strokes allows less",
+            0.0,
+            10.0,
+        ),
+    ] = 0.100
     path: Annotated[
         float,
         Key("", "least share of the reference line that is drawn within what its shape allows", 0.0, 1.0),

@@ -1,0 +1,81 @@
+"""Whether the pen was where it was to be at each moment, and how long a flight took."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from skylimb.analysis.scores.metrics import metrics
+from skylimb.flight.experiments.tolerances import Tolerances
+
+PHASES = {"flag_values": range(4), "flag_meanings": "settle slide lift retreat"}
+LINE = {"frechet", "of_size", "finest", "pen_line", "marks", "path", "strokes", "longer", "behind"}
+SIZES = pytest.mark.parametrize("size", [0.010, 0.025, 0.15, 0.6])
+
+
+def circle(size, turned):
+    angle = 2.0 * np.pi * turned
+    return 0.5 * size * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+
+
+def drawn(size, turned, **more):
+    """A log of a circle that is commanded at an even speed and drawn as it is turned, (2000,), 0 to 1."""
+    even = np.linspace(0.0, 1.0, 2000)
+    points = [np.column_stack([np.zeros(2000), circle(size, part)]) for part in (even, turned)]
+    tolerances = {name: value for name, value in vars(Tolerances()).items() if name in LINE}
+    return xr.Dataset(
+        {
+            "tip_position_reference": (("time", "axis"), points[0]),
+            "tip_position": (("time", "axis"), points[1]),
+            "phase": (("time",), np.ones(2000, int), PHASES),
+            "contact": (("time",), np.ones(2000, np.int8)),
+            **{name: (("time",), values) for name, values in more.items()},
+        },
+        coords={"time": 0.005 * np.arange(2000)},
+        attrs={
+            "path_center": json.dumps([0.0, 0.0, 0.0]), "contact_axis": "x", "sliding_axes": ["y", "z"],
+            "tolerances": json.dumps(tolerances),
+        },
+    )  # fmt: skip
+
+
+EVEN = np.linspace(0.0, 1.0, 2000)
+
+
+@SIZES
+def test_a_pen_that_stands_and_then_dashes_is_not_done(size):
+    for turned in (np.clip(20.0 * EVEN - 19.0, 0.0, 1.0), np.clip(20.0 * EVEN, 0.0, 1.0)):
+        scores = metrics(drawn(size, turned))
+        assert {name for name, check in scores["checks"].items() if not check["kept"]} == {"behind"}
+        assert scores["missed"][0].startswith("the pen is ")
+        assert scores["pen_behind"] > 0.9 * size
+
+
+@SIZES
+def test_a_pen_that_is_a_little_late_is_done(size):
+    late = min(0.08, max(0.006, 0.2 * size)) / (np.pi * size)
+    scores = metrics(drawn(size, np.clip(EVEN - late, 0.0, 1.0)))
+    assert scores["checks"]["behind"]["kept"]
+    assert scores["pen_behind"] == pytest.approx(late * np.pi * size, rel=0.1)
+
+
+def test_one_moment_of_standing_is_no_lag():
+    """For a twentieth of the time, and back at once."""
+    stands = EVEN.copy()
+    stands[1000:1090] = stands[1000]
+    assert metrics(drawn(0.6, stands))["pen_behind"] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_how_long_it_took_and_at_which_pace():
+    free = metrics(drawn(0.6, EVEN))
+    assert (free["duration"], free["pace_mean"]) == (pytest.approx(9.995), 1.0)
+    slow = metrics(drawn(0.6, EVEN, mission_time=3.0 + 0.33 * 0.005 * np.arange(2000)))
+    assert slow["duration"] == free["duration"]
+    assert slow["pace_mean"] == pytest.approx(0.33)
+
+
+def test_without_a_reference_of_the_moment_nothing_is_late():
+    scores = metrics(drawn(0.6, EVEN).drop_vars("tip_position_reference"))
+    assert scores["pen_behind"] is None
+    assert "behind" not in scores["checks"]
