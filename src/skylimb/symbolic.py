@@ -40,7 +40,7 @@ _NUMBERS = (
     "__array_ufunc__",
     "__array_function__",
 )
-"""What Python and NumPy call of a symbol that they take for a number, a truth value or an array of numbers."""
+"""What Python and NumPy call of a symbol that they take for a number, a truth value or numbers."""
 
 
 @contextmanager

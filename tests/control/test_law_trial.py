@@ -110,6 +110,6 @@ def test_a_list_of_the_file_that_grows_is_not_compiled_away(tmp_path: Path, robo
         "    return", "    ONES.append(1)\n    if len(ONES) > 500: state = 2.0 * state\n    return"
     )
     (why,) = read(tmp_path, robot, grown).in_python.values()
-    assert why == "step changes 'ONES' of its file at every call; what it remembers belongs into its state"
+    assert why == "step changes 'ONES' of its file at every call; memory belongs into its state"
     filled = LAW.replace("    return", "    if not ONES: ONES.append(1)\n    return")
     assert not read(tmp_path, robot, filled).in_python

@@ -180,7 +180,7 @@ class _TriedLaw:
             raise failed.error from failed.error.__cause__
         why = _untraceable(traced, name, layout, made, zip(hover, results, strict=True))
         if changed and not why:
-            why = f"{name} changes '{changed}' of its file at every call; what it remembers belongs into its state"
+            why = f"{name} changes '{changed}' of its file at every call; memory belongs into its state"
         if not why:
             return traced(*given)
         self.python[name] = PythonFunction(layout, made, why.removeprefix(f"{self._law.what} fails in "))

@@ -77,7 +77,7 @@ def _difference(trial: Any, step: TracedStep) -> str:
 
 
 def plain_attributes(made: Any) -> dict[str, str]:
-    """The plain values that an object or a module carries, as text: to see whether a step has changed them."""
+    """The plain values of an object or a module, as text: to see whether a step has changed them."""
     plain = (int, float, str, list, dict, tuple, set, np.ndarray, type(None))
     known = {name: value for name, value in vars(made).items() if not name.startswith("__")}
     return {name: repr(value) for name, value in known.items() if isinstance(value, plain)}

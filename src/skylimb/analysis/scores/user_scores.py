@@ -23,7 +23,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from skylimb.analysis.recording.run import PROBLEMS, AnyRun, Run
+from skylimb.analysis.recording.run import NOTES, PROBLEMS, AnyRun, Run
 from skylimb.analysis.scores.declared import declared_in, declaring
 from skylimb.analysis.scores.metrics import metrics
 from skylimb.analysis.scores.registry import SCORES, TOLERANCES
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawing
 
 TAKEN = frozenset(
-    {*SCORES, "status", "cause", "missed", "checks", "force_limits", "strokes", "success", PROBLEMS}
+    {*SCORES, "status", "cause", "missed", "checks", "force_limits", "strokes", "success", PROBLEMS, NOTES}
 )
 """What a metric cannot be called."""
 
