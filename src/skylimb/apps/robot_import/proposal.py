@@ -13,6 +13,7 @@ from skylimb.apps.robot_import.mapping import MappedRotor, Mapping
 from skylimb.apps.robot_import.roles import Roles
 from skylimb.apps.robot_import.spin_guess import spins_of
 from skylimb.apps.robot_import.tables import LabTables, MotorTable
+from skylimb.apps.robot_import.thrust_limits import Axle, thrust_limits
 from skylimb.apps.robot_import.tip_guess import guess_tip
 from skylimb.apps.robot_import.tool_guess import with_axes
 from skylimb.apps.robot_import.tree import UrdfTree, number
@@ -34,8 +35,6 @@ KAPPA, LAG, THRUST_MIN, THRUST_TO_WEIGHT = 0.016, 0.05, 0.5, 2.0
 SPIN = "spin of the rotors"
 """What is doubted where no file says how rotors turn."""
 
-_BELIEVED = 1e3
-"""Greatest thrust that a limit of a rotor's axle may mean, N; +-1e16 means none."""
 _FAR_APART = 0.05
 _IMU = re.compile(r"(^|[_/])(imu|fc|flight_?controller)\d*(_link)?$", re.IGNORECASE)
 """Names of links on which an IMU sits; the lab's flight controller is called fc."""
@@ -48,14 +47,14 @@ _SERVOS = {"joints": Servo(50.0, 2.0, 3.0, 0.5), "gimbals": Servo(5.0, 0.1, 3.0,
 
 
 def propose(
-    tree: UrdfTree, roles: Roles, axles: list[dict[str, float]], mapping: Mapping, tables: LabTables
+    tree: UrdfTree, roles: Roles, axles: list[Axle], mapping: Mapping, tables: LabTables
 ) -> tuple[FlightFile, list[Doubt]]:
     """The flight file, and a doubt for each number that is assumed or said twice differently.
 
     Args:
         tree: after the repairs.
         roles: as recognised.
-        axles: limits of each rotor's axle before the repairs, which the laboratory gives in newtons.
+        axles: what is said of each rotor's axle before the repairs; the laboratory's limits are newtons.
         mapping: what the user says.
         tables: of the laboratory's package.
 
@@ -111,7 +110,7 @@ def _level(n: int) -> PostureSection:
 
 
 def _rotors(
-    tree: UrdfTree, roles: Roles, axles: list[dict[str, float]], motors: MotorTable, doubts: list[Doubt]
+    tree: UrdfTree, roles: Roles, axles: list[Axle], motors: MotorTable, doubts: list[Doubt]
 ) -> tuple[RotorSection, ...]:
     """Each number from the first that says it: mapping, URDF, motor table; else it is assumed."""
     kappa = _drag(tree, roles.rotors, motors, doubts)
@@ -194,12 +193,11 @@ def _drag(tree: UrdfTree, rotors: tuple[MappedRotor, ...], motors: MotorTable, d
 
 
 def _thrusts(
-    rotor: MappedRotor, axle: dict[str, float], share: float, motors: MotorTable, doubts: list[Doubt]
+    rotor: MappedRotor, axle: Axle, share: float, motors: MotorTable, doubts: list[Doubt]
 ) -> tuple[float, float]:
     """Least and greatest thrust, N; `share` is the weight that a rotor carries, N."""
-    low, high = axle.get("lower", math.nan), axle.get("upper", math.nan)
-    if not (0.0 <= low < high < _BELIEVED and high != 2.0 * math.pi):
-        low, high = None, None
+    low, high, odd = thrust_limits(axle)
+    of = f"greatest thrust of joint {axle.joint}"
     table, most, what = motors.thrust_max, rotor.thrust_max, "greatest thrust"
     if not most and high is not None and table is not None:
         most = min(high, table)
@@ -209,8 +207,12 @@ def _thrusts(
     most = _first(most or None, high, table)
     if most is None:
         most = round(THRUST_TO_WEIGHT * share, 2)
-        value = f"is not said; {THRUST_TO_WEIGHT:g} times the weight is assumed, {most:g} N a rotor"
-        doubts.append(Doubt(what, value, "say thrust_max in a mapping file"))
+        value = (
+            f"{odd or 'is not said'}; {THRUST_TO_WEIGHT:g} times the weight is assumed, {most:g} N a rotor"
+        )
+        doubts.append(Doubt(of if odd else what, value, "say thrust_max in a mapping file"))
+    elif odd and not rotor.thrust_max:
+        doubts.append(Doubt(of, f"{odd}; {most:g} N of {_named(motors)} is taken", "correct it in the files"))
     least = _first(rotor.thrust_min, low, motors.thrust_min, min(THRUST_MIN, 0.1 * most)) or 0.0
     return (least, most) if least < most else (0.0, most)
 
