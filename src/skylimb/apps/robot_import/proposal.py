@@ -17,6 +17,7 @@ from skylimb.apps.robot_import.thrust_limits import Axle, thrust_limits
 from skylimb.apps.robot_import.tip_guess import guess_tip
 from skylimb.apps.robot_import.tool_guess import with_axes
 from skylimb.apps.robot_import.tree import UrdfTree, number
+from skylimb.apps.robot_import.turning_guess import turning
 from skylimb.base.errors import DescriptionError
 from skylimb.robots.description import GRAVITY, Servo
 from skylimb.robots.flight_file import (
@@ -38,11 +39,6 @@ SPIN = "spin of the rotors"
 _FAR_APART = 0.05
 _IMU = re.compile(r"(^|[_/])(imu|fc|flight_?controller)\d*(_link)?$", re.IGNORECASE)
 """Names of links on which an IMU sits; the lab's flight controller is called fc."""
-_HEAVIEST, _SMALLEST, _LARGEST = 0.3, 0.02, 0.4
-"""A link is a rotor alone up to this mass (kg), and with a disc's radius between these (m)."""
-_COEFFICIENT = 0.12
-"""Of usual propellers, thrust over squared turns a second and diameter to the fourth, kg/m^3: a thrust
-coefficient of 0.1 in air."""
 _SERVOS = {"joints": Servo(50.0, 2.0, 3.0, 0.5), "gimbals": Servo(5.0, 0.1, 3.0, 10.0)}
 
 
@@ -125,7 +121,7 @@ def _rotors(
         if lag is None:
             guess = f"is not said; {LAG:g} s is assumed"
             doubts.append(Doubt("lag of the rotors", guess, "say lag, from a step of thrust"))
-        inertia, factor = _turning(tree, rotor, doubts)
+        inertia, factor = turning(tree, rotor, high, doubts)
         sections.append(
             RotorSection(
                 link=rotor.link,
@@ -145,31 +141,6 @@ def _rotors(
             )
         )
     return tuple(sections)
-
-
-def _turning(tree: UrdfTree, rotor: MappedRotor, doubts: list[Doubt]) -> tuple[float | None, float | None]:
-    """Inertia of a rotor, kg m^2, and its thrust over squared speed, N s^2; None for what nothing tells.
-
-    Where the rotor has a link of its own, that link's inertia is taken, and the propeller is as large as a
-    disc of that mass and inertia.
-    """
-    inertia, factor, mass = rotor.inertia, rotor.thrust_factor, tree.mass(rotor.link)
-    element = tree.link(rotor.link)
-    said = number(element.find("inertial/inertia") if element is not None else None, "izz", 0.0)
-    radius = math.sqrt(2.0 * said / mass) if said > 0.0 and mass > 0.0 else 0.0
-    if mass > _HEAVIEST or not _SMALLEST < radius < _LARGEST:
-        return inertia, factor
-    if inertia is None:
-        inertia = said
-        value = f"is not said; {said:.3g} kg m^2 of the rotor's own link is taken"
-        doubts.append(
-            Doubt("inertia of the rotors", value, "say inertia in a mapping file: propeller and bell")
-        )
-    if factor is None:
-        factor = float(f"{_COEFFICIENT * (2.0 * radius) ** 4 / (2.0 * math.pi) ** 2:.3g}")
-        value = f"is not said; {factor:g} N s^2 is assumed, as for a propeller of {2.0 * radius:.2g} m"
-        doubts.append(Doubt("thrust over squared speed", value, "say thrust_factor, from a data sheet"))
-    return inertia, factor
 
 
 def _first(*values: float | None) -> float | None:
