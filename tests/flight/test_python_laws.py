@@ -17,6 +17,7 @@ from skylimb.base.errors import ConfigError, UserCodeError
 from skylimb.control.controller import load_controller
 from skylimb.flight.drivers.compiled import CompiledDriver
 from skylimb.flight.drivers.native import fly_native
+from skylimb.flight.drivers.native.lockstep import LockStep
 from skylimb.flight.drivers.world import world
 from skylimb.flight.export import export_c
 from skylimb.flight.flying import fly
@@ -176,6 +177,15 @@ def test_what_cannot_be_done_with_it_is_refused_by_name(presets: dict[str, str],
         export_c(cascade, tmp_path / "c")
     with pytest.raises(ConfigError, match=r"^translation law 'plain\.py' flies in Python and cannot be lin"):
         operating_point(skylimb.load_experiment("paper"), cascade)  # type: ignore[arg-type]
+
+
+def test_lock_step_refuses_it_with_the_line(presets: dict[str, str]) -> None:
+    (takeoff,) = take_off("paper", (presets["plain"],), set=SHORT)
+    told = (
+        r"flies in Python, not in lock-step, .*\(translation law 'plain\.py': .*line \d+, `float\(K\[0\]\)`"
+    )
+    with pytest.raises(ConfigError, match=told):
+        LockStep([takeoff], 1)
 
 
 def test_an_error_in_flight_ends_it_with_its_log(presets: dict[str, str], tmp_path: Path) -> None:

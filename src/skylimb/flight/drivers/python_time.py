@@ -1,10 +1,14 @@
-"""How long what flies in Python takes in a tick, and what is to be said where it takes too long."""
+"""What of a controller flies in Python and why, and how long it takes in a tick."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 import numpy as np
+
+from skylimb.control.cascade import Cascade
+from skylimb.control.controller import Controller, is_traceable
+from skylimb.control.user_controller import UserController
 
 
 class PythonTime(NamedTuple):
@@ -44,3 +48,11 @@ def python_time(took: np.ndarray, period: float) -> PythonTime | None:
     return (
         PythonTime(float(np.median(took)), float(np.max(took)), period) if len(took) and took.any() else None
     )
+
+
+def python_parts(controller: Controller) -> dict[str, str]:
+    """What of a controller is not compiled, each with the reason; empty where the whole of it is."""
+    if is_traceable(controller):
+        return controller.in_python if isinstance(controller, Cascade) else {}
+    why = controller.untraceable if isinstance(controller, UserController) else ""
+    return {f"controller '{controller.name}'": why}
