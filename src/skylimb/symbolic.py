@@ -31,15 +31,47 @@ def is_symbolic(*values: Any) -> bool:
     return False
 
 
+_NUMBERS = (
+    "__bool__",
+    "__float__",
+    "__int__",
+    "__array__",
+    "__iter__",
+    "__array_ufunc__",
+    "__array_function__",
+)
+"""What Python and NumPy call of a symbol that they take for a number, a truth value or numbers."""
+
+
 @contextmanager
-def symbols_are_no_floats() -> Iterator[None]:
-    """Inside of the block `float` of a symbol raises a `TypeError`, in place of giving NaN."""
-    before = ca.SX.__float__
-    ca.SX.__float__ = _float  # pyright: ignore[reportAttributeAccessIssue]
+def symbols_are_no_numbers() -> Iterator[list[Exception]]:
+    """Inside of the block a symbol that is asked for its number raises, `float` too, which would give NaN.
+
+    The list gets each such error, also one that is caught inside of the block: what was computed then is not
+    what would be computed with numbers.
+    """
+    raised: list[Exception] = []
+    before = {name: getattr(ca.SX, name) for name in _NUMBERS}
+    for name, method in before.items():
+        setattr(ca.SX, name, _noticed(_float if name == "__float__" else method, raised))
     try:
-        yield
+        yield raised
     finally:
-        ca.SX.__float__ = before  # pyright: ignore[reportAttributeAccessIssue]
+        for name, method in before.items():
+            setattr(ca.SX, name, method)
+
+
+def _noticed(method: Callable[..., Any], raised: list[Exception]) -> Callable[..., Any]:
+    """A method of a symbol whose errors are kept in a list as well."""
+
+    def call(symbol: ca.SX, *given: Any, **named: Any) -> Any:
+        try:
+            return method(symbol, *given, **named)
+        except Exception as error:
+            raised.append(error)
+            raise
+
+    return call
 
 
 _float_of_constant = ca.SX.__float__

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from skylimb.base.config import write_toml
-from skylimb.base.errors import UserCodeError
+from skylimb.base.errors import ConfigError, UserCodeError
 from skylimb.control.controller import load_controller
 from skylimb.control.preset import preset_mapping
+from skylimb.flight.export import export_c
 from skylimb.robots.model import Robot
 
 LAW = """from dataclasses import dataclass
@@ -70,3 +71,45 @@ def test_a_function_that_is_none_is_named(tmp_path: Path, robot: Robot) -> None:
 def test_a_first_state_is_made_of_floats(tmp_path: Path, robot: Robot, state: str, told: str) -> None:
     with pytest.raises(UserCodeError, match=re.escape(f"translation law 'law.py': initial_state {told}")):
         read(tmp_path, robot, LAW.replace("np.ones(1)", state))
+
+
+GUARDED = """    gain = 1.0
+    try:
+        {asked}
+    except Exception:
+        pass
+    return"""
+
+
+@pytest.mark.parametrize(
+    ("asked", "told"),
+    [
+        ("if inputs.estimate.contact_force < -0.5: gain = 2.0", "skylimb.symbolic.where"),
+        ("gain += max(float(inputs.estimate.contact_force) - 100.0, 0.0)", "need numbers"),
+        ("gain += 0.0 * np.array(inputs.reference.position)[0]", "NumPy arrays take no symbols"),
+        ("gain += 0.0 * len(np.isfinite(inputs.reference.position))", "isfinite"),
+    ],
+)
+def test_a_guarded_branch_is_not_compiled_away(tmp_path: Path, robot: Robot, asked: str, told: str) -> None:
+    text = LAW.replace("    return", GUARDED.format(asked=asked)).replace(
+        "state, inputs.", "state, gain * inputs."
+    )
+    cascade = read(tmp_path, robot, text)
+    (why,) = cascade.in_python.values()
+    assert f"law.py, line {text[: text.index(asked)].count(chr(10)) + 1}, `{asked}`: " in why
+    assert told in why
+    with pytest.raises(ConfigError, match=r"law\.py"):
+        export_c(cascade, tmp_path / "c")
+    taken = "where(inputs.estimate.contact_force < -0.5, 2.0, 1.0) * "
+    text = LAW.replace("import numpy as np", "import numpy as np\nfrom skylimb.symbolic import where")
+    assert not read(tmp_path, robot, text.replace("state, inputs.", f"state, {taken}inputs.")).in_python
+
+
+def test_a_list_of_the_file_that_grows_is_not_compiled_away(tmp_path: Path, robot: Robot) -> None:
+    grown = LAW.replace(
+        "    return", "    ONES.append(1)\n    if len(ONES) > 500: state = 2.0 * state\n    return"
+    )
+    (why,) = read(tmp_path, robot, grown).in_python.values()
+    assert why == "step changes 'ONES' of its file at every call; memory belongs into its state"
+    filled = LAW.replace("    return", "    if not ONES: ONES.append(1)\n    return")
+    assert not read(tmp_path, robot, filled).in_python

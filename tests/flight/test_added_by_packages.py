@@ -10,7 +10,10 @@ import skylimb
 from skylimb.analysis.report.output import write_run
 from skylimb.apps.cli.main import main
 from skylimb.base.errors import ConfigError, UnknownNameError
+from skylimb.control.preset import PRESETS, preset_file
+from skylimb.control.slots import SLOTS, law_file
 from skylimb.robots import SHIPPED
+from skylimb.simulation.surfaces import SURFACES, surface_from_mapping
 from skylimb.studies.campaign.frozen import freeze
 from skylimb.studies.campaign.spec import CampaignSpec
 
@@ -143,13 +146,26 @@ def test_a_broken_package_costs_its_own_names(lab: Path, capsys: pytest.CaptureF
 
 
 @pytest.mark.usefixtures("lab")
-def test_a_name_belongs_to_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    more = {"laws": {"translation.pid": "their_lab.spring"}, "robots": {"their_quad": "their_lab.quad"}}
+def test_a_name_belongs_to_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    laws = dict.fromkeys(("translation.pid", "translaton.soft", "no_slot"), "their_lab.spring")
+    ours = {"controllers": {"pid": "their_lab.upright"}, "surfaces": {"board": "their_lab.saddle"}}
+    more = {"laws": laws, **ours, "robots": {"their_quad": "their_lab.quad"}}
     install(tmp_path / "others", "other_lab", more)
     monkeypatch.syspath_prepend(tmp_path / "others")
-    with pytest.raises(
-        ConfigError, match=r"'translation.pid' is added by skylimb itself and by other_lab 1.0"
-    ):
-        skylimb.run("paper", "pid")
+    assert preset_file("pid").parent == PRESETS
+    assert law_file("translation", "pid", tmp_path) is None
+    assert isinstance(surface_from_mapping({"kind": "board"}), SURFACES["board"])
+    with pytest.raises(UnknownNameError, match=r"known: following, impedance, mpc, pid, task_frame, their_"):
+        law_file("translation", "nothing_like_it", tmp_path)
+    assert main(["list"]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    for name in ("translation.pid", "pid", "board"):
+        assert f"not usable: skylimb itself has '{name}', other_lab 1.0 has to call it otherwise" in told
+    for name, hint in (("translaton.soft", "; did you mean 'translation'?"), ("no_slot", "")):
+        said = f"not usable: '{name}' of other_lab 1.0 should begin with its slot's name, one of "
+        assert f"{said}{', '.join(SLOTS)}{hint}" in told
+    assert "'their_quad' is added by other_lab 1.0 and by their_lab 1.0" in told
     with pytest.raises(ConfigError, match=r"'their_quad' is added by other_lab 1.0 and by their_lab 1.0"):
         skylimb.load_robot("their_quad")

@@ -1,18 +1,23 @@
 """Laws in plain Python in their slots: every way to fly gives the bits of the same law compiled."""
 
+import json
 import logging
 import re
+import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import skylimb
 from short_flights import HOLD
+from skylimb.analysis.report.output import write_records, write_scores
 from skylimb.base.errors import ConfigError, UserCodeError
 from skylimb.control.controller import load_controller
 from skylimb.flight.drivers.compiled import CompiledDriver
 from skylimb.flight.drivers.native import fly_native
+from skylimb.flight.drivers.native.lockstep import LockStep
 from skylimb.flight.drivers.world import world
 from skylimb.flight.export import export_c
 from skylimb.flight.flying import fly
@@ -94,7 +99,76 @@ def test_it_is_said_once_with_its_cost_and_its_reason(
         skylimb.run("paper", presets["traced"], set=SHORT)
     (said,) = caplog.messages
     assert said.startswith("translation law 'plain.py' flies in Python, ")
-    assert re.search(r" us a tick: .*plain\.py, line \d+, `float\(K\[0\]\)`: float\(\), the functions", said)
+    assert re.search(
+        r" us a tick \(0\.\d+ times the control period.*\): .*plain\.py, line \d+, `float\(K\[0\]\)`: "
+        r"float\(\), the functions",
+        said,
+    )
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("SOLVER.integral += 1e-3 * (float(K[0]) < 2.5)", r"at t = 1\.\d+ s \(by 0\.001\)"),
+        ("K = K * (1 + 0.001 * np.random.rand() * (float(K[0]) < 2.5))", r"at t = 1\.\d+ s \(by "),
+        ("float(K[0])", ""),
+    ],
+)
+def test_a_law_that_remembers_or_draws_in_flight_is_a_note_of_the_run(
+    presets: dict[str, str], tmp_path: Path, line: str, told: str
+) -> None:
+    solver = "\n\nclass Solver:\n    integral = 0.0\n\n\nSOLVER = Solver()\n\n\ndef initial_state"
+    text = LAW.replace("\n\ndef initial_state", solver, 1).replace(
+        "    acceleration =", f"    {line}\n    acceleration ="
+    )
+    text = text.replace('"lqr_feedback": K', '"lqr_feedback": K + SOLVER.integral')
+    (tmp_path / "plain.py").write_text(text, encoding="utf-8")
+    run = skylimb.run("paper", presets["plain"], set=SHORT)
+    if not told:
+        assert run.notes == ()
+        return
+    (note,) = run.notes
+    assert re.match(
+        f"this run cannot be repeated: translation law 'plain.py': step gives another result .* {told}", note
+    )
+    write_records({run.name: run}, tmp_path / "out")
+    write_scores({run.name: run}, tmp_path / "out")
+    assert json.loads((tmp_path / "out" / "metrics.json").read_text("utf-8"))["notes"] == [note]
+    assert skylimb.Run.load(tmp_path / "out" / "log.nc").notes == (note,)
+
+
+@pytest.mark.parametrize("whole", [False, True])
+def test_a_law_that_takes_longer_than_its_period_is_a_note_of_the_run(
+    presets: dict[str, str], tmp_path: Path, whole: bool
+) -> None:
+    set: dict[str, Any] = {**HOLD, "stop_at": 0.3}
+    controller: Any = presets["plain"]
+    if whole:
+        controller = Slow(load_controller("hybrid", skylimb.load_robot("hydrus_xi_quad")))
+    else:
+        late = PLAIN["plain"][1].replace("    float(K[0])", "    time.sleep(0.012 + 0.0 * float(K[0]))")
+        text = "import time\n" + LAW.replace(PLAIN["plain"][0], late)
+        (tmp_path / "plain.py").write_text(text, encoding="utf-8")
+    run = skylimb.run("paper", controller, set=set)
+    note = run.notes[0]
+    who = "controller 'slow'" if whole else "what flies in Python"
+    assert re.match(
+        rf"{who} takes [234](\.\d)? times the control period of 5 ms: a robot does not wait", note
+    )
+
+
+class Slow:
+    """A controller that takes more than two control periods."""
+
+    name = "slow"
+
+    def __init__(self, inner: Any) -> None:
+        self.inner = inner
+        self.gains, self.initial_state = inner.gains, inner.initial_state
+
+    def step(self, *given: Any) -> Any:
+        time.sleep(0.012)
+        return self.inner.step(*given)
 
 
 def test_what_cannot_be_done_with_it_is_refused_by_name(presets: dict[str, str], tmp_path: Path) -> None:
@@ -103,6 +177,15 @@ def test_what_cannot_be_done_with_it_is_refused_by_name(presets: dict[str, str],
         export_c(cascade, tmp_path / "c")
     with pytest.raises(ConfigError, match=r"^translation law 'plain\.py' flies in Python and cannot be lin"):
         operating_point(skylimb.load_experiment("paper"), cascade)  # type: ignore[arg-type]
+
+
+def test_lock_step_refuses_it_with_the_line(presets: dict[str, str]) -> None:
+    (takeoff,) = take_off("paper", (presets["plain"],), set=SHORT)
+    told = (
+        r"flies in Python, not in lock-step, .*\(translation law 'plain\.py': .*line \d+, `float\(K\[0\]\)`"
+    )
+    with pytest.raises(ConfigError, match=told):
+        LockStep([takeoff], 1)
 
 
 def test_an_error_in_flight_ends_it_with_its_log(presets: dict[str, str], tmp_path: Path) -> None:

@@ -135,7 +135,7 @@ def unknown_name(kind: str, name: str, known: Iterable[str], endings: Iterable[s
         known: every name that would have been right.
         endings: of files that may be named as well; one that is there is the first guess.
     """
-    known = sorted(known)
+    known = sorted(set(known))
     files = [f"{name}{ending}" for ending in endings if os.path.isfile(f"{name}{ending}")]
     hint = did_you_mean(files[0] if files else nearest(name, known))
     listed = ", ".join(known or ["none"]) if len(known) <= 24 else f"{', '.join(known[:24])}, ..."

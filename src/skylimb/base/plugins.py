@@ -41,20 +41,20 @@ def added_names(group: str, prefix: str = "") -> list[str]:
 
 
 def added_file(group: str, name: str, ships: bool) -> Path | None:
-    """The file that a package adds under a name; None where none adds it.
+    """The file that a package adds under a name; None where none adds it, and where skylimb has it itself.
 
     Args:
         group: a key of `GROUPS`.
         name: of the entry point.
-        ships: whether skylimb has that name too.
+        ships: whether skylimb has that name too; it keeps it then.
 
     Raises:
         ConfigError: when the name is not its package's alone, or the package has no such file.
     """
-    found = [entry for entry in _entries(group, tuple(sys.path)) if entry.name == name]
-    owners = ["skylimb itself"] * ships + [_package(entry) for entry in found]
-    if found and len(owners) > 1:
-        raise ConfigError(f"skylimb.{group}: '{name}' is added by {' and by '.join(owners)}; only one may")
+    found = [] if ships else [entry for entry in _entries(group, tuple(sys.path)) if entry.name == name]
+    if len(found) > 1:
+        owners = " and by ".join(map(_package, found))
+        raise ConfigError(f"skylimb.{group}: '{name}' is added by {owners}; only one may")
     return _file(found[0], group) if found else None
 
 

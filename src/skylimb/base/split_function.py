@@ -26,11 +26,13 @@ class Asked(NamedTuple):
         given: expression that the Python code is given, a column.
         made: symbols in the place of what it makes.
         bind: runs it.
+        what: it is called in messages.
     """
 
     given: ca.SX
     made: ca.SX
     bind: Bind
+    what: str = ""
 
 
 class PythonCall(NamedTuple):
@@ -40,11 +42,13 @@ class PythonCall(NamedTuple):
         before: of the function's arguments and of what other calls before made; gives what this one is given.
         size: of what it makes.
         bind: runs it.
+        what: it is called in messages.
     """
 
     before: ca.Function
     size: int
     bind: Bind
+    what: str = ""
 
 
 def split_function(
@@ -70,7 +74,7 @@ def split_function(
         before = ca.Function(
             f"{name}_before_{index}", symbols, [ca.densify(one.given)], labels, ["given"], {"cse": True}
         )
-        calls.append(PythonCall(before, one.made.numel(), one.bind))
+        calls.append(PythonCall(before, one.made.numel(), one.bind, one.what))
         symbols, labels = [*symbols, one.made], [*labels, f"made_{index}"]
     made = [ca.densify(ca.SX(part)) for part in results]
     return ca.Function(name, symbols, made, labels, list(names[1]), {"cse": True}), tuple(calls)

@@ -28,7 +28,7 @@ from skylimb.control.python_laws import PythonFunction
 from skylimb.control.slots import SLOTS, Slots
 from skylimb.control.traced_step import step_inputs, symbolic_inputs
 from skylimb.control.user_functions import Prepared, UserLaw
-from skylimb.control.user_trace import PERIOD, STEPS, TOLERANCE, shaken_hover
+from skylimb.control.user_trace import PERIOD, STEPS, TOLERANCE, plain_attributes, shaken_hover
 
 
 def tried(cascade: Any) -> Any:
@@ -171,7 +171,7 @@ class _TriedLaw:
         layout = Layout((*known, *bare[2:]))
         hover = self._hover.of(layout.pack(bare))
         try:
-            made, results = self._on_numbers(name, layout, hover, given)
+            made, results, changed = self._on_numbers(name, layout, hover, given)
         except _FailedError as failed:
             # What is written for symbols alone flies as well; on symbols it is held to the same.
             if "read-only" not in str(failed):
@@ -179,6 +179,8 @@ class _TriedLaw:
                     return self._on_symbols(name, traced(*given))
             raise failed.error from failed.error.__cause__
         why = _untraceable(traced, name, layout, made, zip(hover, results, strict=True))
+        if changed and not why:
+            why = f"{name} changes '{changed}' of its file at every call; memory belongs into its state"
         if not why:
             return traced(*given)
         self.python[name] = PythonFunction(layout, made, why.removeprefix(f"{self._law.what} fails in "))
@@ -196,9 +198,13 @@ class _TriedLaw:
 
     def _on_numbers(
         self, name: str, layout: Layout[Any], hover: list[np.ndarray], given: tuple[Any, ...]
-    ) -> tuple[Layout[Any], list[np.ndarray]]:
-        """What a function returns: where it stands in a flat vector, and the vector for each of its calls."""
+    ) -> tuple[Layout[Any], list[np.ndarray], str]:
+        """What a function returns: where it stands in a flat vector, and the vector for each of its calls.
+
+        Third is a name in the law's file whose value every call changes; empty where there is none.
+        """
         law, function, results = self._law, self._law.plain[name], list[np.ndarray]()
+        before, now = dict[str, str](), dict[str, str]()
         made = Layout[Any](())
         for numbers in hover:
             record = layout.reader(numbers)()
@@ -209,9 +215,9 @@ class _TriedLaw:
                 raise _FailedError(error) from error
             what = f"{law.what}{f' in {place}' if place else ''}: {name}"
             state = getattr(self._hover.state, self._slot)
-            before = made
+            known = made
             made, result = checked(result, self._slot, name, what, state, self._hover.robot, law.signals)
-            if results and (odd := sorted(before.slices.keys() ^ made.slices.keys())):
+            if results and (odd := sorted(known.slices.keys() ^ made.slices.keys())):
                 raise UserCodeError(
                     f"{what} does not always return {_called(odd[0])}; whatever is recorded is recorded at "
                     "every tick"
@@ -224,7 +230,9 @@ class _TriedLaw:
                     f"{what} gives another {odd} when it is called again with the same arguments; what it "
                     "remembers belongs into its state, and it draws no random numbers"
                 )
-        return made, results
+            before, now = now, plain_attributes(law.module)
+        # What only the first calls change is a table that is filled once.
+        return made, results, next((part for part in now if now[part] != before.get(part)), "")
 
 
 def _untraceable(

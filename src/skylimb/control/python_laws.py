@@ -57,7 +57,9 @@ class OpenLaw:
     def _ask(self, name: str, function: PythonFunction, *given: Any) -> Any:
         made = ca.SX.sym(name, function.made.size)
         flat = ca.SX(function.given.pack(unmonitored(given)))
-        self._asked.append(Asked(flat, made, partial(_bound, self._filled.law, self._robot, name, function)))
+        law = self._filled.law
+        bind = partial(_bound, law, self._robot, name, function)
+        self._asked.append(Asked(flat, made, bind, f"{law.what}: {name}"))
         return function.made.unpack(made)
 
 

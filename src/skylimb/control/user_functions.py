@@ -16,7 +16,7 @@ from skylimb.base.record_tree import below, children_of, is_leaf
 from skylimb.base.signals import declared_signals
 from skylimb.base.user_code import UserCode, guarded
 from skylimb.base.user_modules import sources_of_module
-from skylimb.symbolic import is_symbolic, matrix, symbols_are_no_floats, vector
+from skylimb.symbolic import is_symbolic, matrix, symbols_are_no_numbers, vector
 
 
 class Prepared(NamedTuple):
@@ -35,12 +35,13 @@ class UserLaw:
         traced: names of its functions that end up in the tick.
 
     Attributes:
+        module: see above.
         what: see above.
         plain: those functions for numbers alone.
     """
 
     def __init__(self, module: ModuleType, what: str, traced: Iterable[str]) -> None:
-        self.Gains, self.__doc__, self.what = module.Gains, module.__doc__, what
+        self.Gains, self.__doc__, self.module, self.what = module.Gains, module.__doc__, module, what
         self.signals = declared_signals(module, what)
         self.sources = sources_of_module(module)
         self.plain: dict[str, Callable[..., Any]] = {}
@@ -116,14 +117,21 @@ def with_floats_of(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def traceable(function: Callable[..., Any], what: str) -> Callable[..., Any]:
-    """A user's function that is called with numbers or symbols; errors are described in a line."""
+    """A user's function that is called with numbers or symbols; errors are described in a line.
+
+    A symbol that was asked for its number is an error even where the function catches it: what it does then
+    is what it does after an error, and not what it does with numbers.
+    """
 
     @functools.wraps(function)
     def call(*given: Any) -> Any:
         # CasADi warns of each NumPy function that meets its symbols, which do what they should here.
-        with UserCode(what, function), warnings.catch_warnings(), symbols_are_no_floats():
+        with UserCode(what, function), warnings.catch_warnings(), symbols_are_no_numbers() as raised:
             warnings.simplefilter("ignore", FutureWarning)
-            return function(*given)
+            result = function(*given)
+            if raised:
+                raise raised[0]
+            return result
 
     return call
 

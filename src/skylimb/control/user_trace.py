@@ -37,12 +37,14 @@ def untraceable(make: Callable[[], Any]) -> str:
     """
     try:
         trial = make()
-        before = _attributes(trial.made)
+        before = plain_attributes(trial.made)
         step = traced_step(trial, PERIOD, len(trial.needs.preview))
         if trial.needs.paced and PACE not in step.signals.slices:
             return f"it sets the mission's pace, but has no signal '{PACE}'"
         problem = _difference(trial, step)
-        changed = sorted(name for name, text in _attributes(trial.made).items() if before.get(name) != text)
+        changed = sorted(
+            name for name, text in plain_attributes(trial.made).items() if before.get(name) != text
+        )
         if changed:
             return f"its step changes its own '{changed[0]}'; what it remembers belongs into its state"
         return problem
@@ -74,10 +76,11 @@ def _difference(trial: Any, step: TracedStep) -> str:
     return ""
 
 
-def _attributes(made: Any) -> dict[str, str]:
-    """The plain values that an object carries, as text: to see whether a step has changed them."""
+def plain_attributes(made: Any) -> dict[str, str]:
+    """The plain values of an object or a module, as text: to see whether a step has changed them."""
     plain = (int, float, str, list, dict, tuple, set, np.ndarray, type(None))
-    return {name: repr(value) for name, value in vars(made).items() if isinstance(value, plain)}
+    known = {name: value for name, value in vars(made).items() if not name.startswith("__")}
+    return {name: repr(value) for name, value in known.items() if isinstance(value, plain)}
 
 
 def shaken_hover(

@@ -116,7 +116,7 @@ def documented(
     Args:
         run: of a flight.
         plan: what was flown.
-        notes: what has to be said of it, one line each.
+        notes: what has to be said of it besides its own, one line each.
         made_with: versions of what computed it, besides those of every run.
         scene: the simulated world as MJCF text; empty for a real one.
     """
@@ -126,7 +126,7 @@ def documented(
     for key, place in kept.places.items():
         put(config, key, place)
     with_versions = {**origin_versions(), **(made_with or {})}
-    said = [*changes, *notes, *(f"this run cannot be repeated: {line}" for line in kept.problems)]
+    said = [*changes, *run.notes, *notes, *(f"this run cannot be repeated: {line}" for line in kept.problems)]
     log = run.log.assign_attrs(
         config=origin_text(config, kept.files, with_versions, kept.problems, kept.used),
         config_units=json.dumps(config_units(plan.experiment, plan.controller)),

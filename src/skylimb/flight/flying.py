@@ -10,15 +10,14 @@ import numpy as np
 
 from skylimb.base.errors import CompileError
 from skylimb.base.split_function import made_faster
-from skylimb.control.cascade import Cascade
-from skylimb.control.controller import Controller, is_traceable
+from skylimb.control.controller import Controller
 from skylimb.control.loop.flight import Flight, Interrupted
 from skylimb.control.loop.loop import Loop, Progress
-from skylimb.control.user_controller import UserController
 from skylimb.flight.drivers.compiled import CompiledDriver
 from skylimb.flight.drivers.free import FreeDriver
 from skylimb.flight.drivers.machine_code import fastest, worth_building
 from skylimb.flight.drivers.native import fly_native, native_available
+from skylimb.flight.drivers.python_time import PythonTime, python_parts
 from skylimb.flight.drivers.world import World, world
 from skylimb.flight.takeoff import Takeoff
 from skylimb.simulation.engine_timer import without_timer
@@ -40,14 +39,10 @@ def fly(takeoff: Takeoff, progress: Progress | None = None) -> Flight:
     return fly_here(takeoff, progress)
 
 
-def flew_in_python(controller: Controller, step_time: float) -> str:
+def flew_in_python(controller: Controller, time: PythonTime) -> str:
     """What of a controller was not compiled, what a tick of it costs, and why; empty where nothing."""
-    reasons = {} if not isinstance(controller, Cascade) else controller.in_python
-    if not is_traceable(controller):
-        why = controller.untraceable if isinstance(controller, UserController) else ""
-        reasons = {f"controller '{controller.name}'": why}
-    costs = f"in Python, {1e6 * step_time:.0f} us a tick"
-    return "; ".join(f"{what} flies {costs}{why and f': {why}'}" for what, why in reasons.items())
+    parts = python_parts(controller).items()
+    return "; ".join(f"{what} flies in Python, {time}{why and f': {why}'}" for what, why in parts)
 
 
 def fly_here(takeoff: Takeoff, progress: Progress | None = None) -> Flight:
@@ -62,8 +57,8 @@ def fly_here(takeoff: Takeoff, progress: Progress | None = None) -> Flight:
             flight = loop.fly(progress)
         except KeyboardInterrupt as stop:
             raise (Interrupted(loop.stop()) if loop.ticks else stop) from None
-    if isinstance(loop.driver, FreeDriver | CompiledDriver) and loop.driver.step_time:
-        _log.warning("%s", flew_in_python(takeoff.controller, loop.driver.step_time))
+    if isinstance(loop.driver, FreeDriver | CompiledDriver) and (time := loop.driver.python_time):
+        _log.warning("%s", flew_in_python(takeoff.controller, time))
     return flight
 
 

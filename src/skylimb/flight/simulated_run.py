@@ -49,6 +49,7 @@ def simulated_run(takeoff: Takeoff, flight: Flight, mission: Mission | None = No
         "contact_gaps": json.dumps(truth.gaps),
         "surface": json.dumps(plant.surface.describe()),
         "clearance": json.dumps(truth.clearance if mission.contact else None),
+        "notes": json.dumps(flight.notes),
         "tolerances": json.dumps(to_mapping(plan.experiment.tolerances) if mission.contact else {}),
     }
     times = mission.times[: flight.ticks]

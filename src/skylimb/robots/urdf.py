@@ -22,6 +22,7 @@ from skylimb.base.sources import Source
 from skylimb.base.xml_text import read_xml
 from skylimb.robots.links import Inertial, Joint, Link, Visual
 from skylimb.robots.packages import find_file
+from skylimb.robots.urdf_numbers import odd_number
 
 _KINDS = ("revolute", "continuous", "fixed")
 _GREY = (0.6, 0.6, 0.6, 1.0)
@@ -68,11 +69,13 @@ def _parse(source: Source) -> Any:
         from yourdfpy import URDF
     except ImportError:
         raise DescriptionError(f"'{path}' has not been read yet: {missing_extra('yourdfpy')}") from None
+    root = None
     try:
         root = read_xml(content)
         urdf = URDF.load(io.BytesIO(content), build_scene_graph=False, load_meshes=False)
     except Exception as error:  # yourdfpy and lxml let many kinds through: all of them mean "not a URDF"
-        reason = " ".join(str(error).split()) or type(error).__name__
+        reason = "" if root is None else odd_number(root)
+        reason = reason or " ".join(str(error).split()) or type(error).__name__
         raise DescriptionError(f"'{path}' is not a URDF that can be read: {reason}") from error
     _refuse_degrees(root, path)
     return urdf.robot

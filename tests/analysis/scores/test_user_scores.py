@@ -190,3 +190,39 @@ def test_a_required_metric_without_a_number_is_missed_and_stays_so_in_the_record
     judged = scored(run(), [found, optional])
     assert (judged.done, judged.missed) == (False, ["How far it is: there is none to be judged"])
     assert scored(judged).missed == judged.missed
+
+
+@pytest.mark.parametrize(
+    "line", ["run.metrics['b'] = 0.0", "t = run.log.a.values; t *= 57.3", "run.log.a[0] = 7.0"]
+)
+def test_a_metric_cannot_change_what_others_read(tmp_path: Path, line: str) -> None:
+    file = tmp_path / "own.py"
+    file.write_text(
+        f"import skylimb\n@skylimb.metric\ndef writes(run):\n    {line}\n    return 1.0\n"
+        "@skylimb.metric\ndef adds(run):\n    run.log['a'] = 2.0 * run.log.a\n    return run.log.a.max()\n",
+        encoding="utf-8",
+    )
+    one = run()
+    found = scored(one, load_user_scores([file, far]))
+    assert (found.metrics["writes"], found.metrics["adds"], found.metrics["far"]) == (None, 8.0, 4.0)
+    assert f"own.py, line 4, `{line}`" in found.problems["metric 'writes'"]
+    np.testing.assert_array_equal(found.log.a, [1.0, 4.0])
+    one.log.a.values[0] = 3.0  # whose run it is may write to it as before
+
+
+def test_a_figure_cannot_change_the_log() -> None:
+    @skylimb.figure
+    def scaled(run: Run) -> Any:
+        run.log.a.values[:] = 0.0
+
+    with pytest.raises(UserCodeError, match="read-only"):
+        scaled(run())
+
+
+def test_infinity_is_named() -> None:
+    bad = skylimb.metric(lambda run: {"x": -np.inf, "y": 2.0, "z": np.nan}, keys=("x", "y", "z"))
+    found = scored(run(), [bad])
+    assert list(found.problems.values()) == [
+        "metric '<lambda>' returned -inf as <lambda>_x; expected a finite number, or NaN where there is none"
+    ]
+    assert [found.metrics[f"<lambda>_{key}"] for key in "xyz"] == [None, 2.0, None]

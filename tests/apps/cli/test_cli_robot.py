@@ -36,10 +36,38 @@ def test_import_tells_how_to_fly(quad, tmp_path, capsys):
     assert main(["robot", "import", str(quad)]) == 2
     assert "--out is missing" in capsys.readouterr().err
     assert main(["robot", "import", str(quad), "--out", str(tmp_path / "mine")]) == 0
-    assert f"skylimb run free_flight --set robot={tmp_path / 'mine'}" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "flown     a hover of 5 s with hybrid\n" in told
+    assert f"skylimb run free_flight --set robot={tmp_path / 'mine'}" in told
     assert main(["robot", "import", str(quad), "--out", str(tmp_path / "mine")]) == 2
     assert "exists already" in capsys.readouterr().err
     assert main(["robot", "check", str(tmp_path / "mine")]) == 0
+
+
+@pytest.mark.parametrize(
+    ("hovers", "code", "told"),
+    [
+        (
+            ["following"],
+            0,
+            ["doubt     a hover of 5 s with hybrid does not last: it fell", "--controller following"],
+        ),
+        (
+            [],
+            1,
+            ["FAULT     a hover of 5 s with hybrid does not last", "FAULT     a hover of 5 s with following"],
+        ),
+    ],
+)
+@pytest.mark.usefixtures("no_figures")
+def test_import_says_who_hovers(quad, tmp_path, capsys, monkeypatch, hovers, code, told):
+    monkeypatch.setattr(
+        "skylimb.apps.robot_import.hover_flight.hover_lost",
+        lambda robot, controller: "" if controller in hovers else "it fell",
+    )
+    assert main(["robot", "import", str(quad), "--out", str(tmp_path / "mine")]) == code
+    found = capsys.readouterr().out
+    assert all(part in found for part in told)
 
 
 def test_a_name_that_is_nothing(capsys):

@@ -43,6 +43,9 @@ class Scripted:
     def fault(self) -> str:
         return "the wheels came off" if self.flown > self.fault_after else ""
 
+    def notes(self) -> tuple[str, ...]:
+        return (f"{self.flown} ticks flown",)
+
 
 def mission(ticks: int = 250, patience: float = 1.0) -> Mission:
     zeros = zero_reference(1, 1)._asdict()

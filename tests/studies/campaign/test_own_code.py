@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -11,6 +12,9 @@ from skylimb.control.controller import load_controller, resolved_tables
 from skylimb.control.preset import preset_mapping
 from skylimb.robots.loader import load_robot
 from skylimb.studies.campaign import run_campaign, tune
+from skylimb.studies.campaign.distributions import Distribution
+from skylimb.studies.campaign.frozen import freeze
+from skylimb.studies.campaign.spec import CampaignSpec
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 METRIC = """
@@ -98,3 +102,28 @@ def test_a_search_tunes_its_gains(spec: Callable[..., Path], tmp_path: Path) -> 
     tuned = load_controller(str(tmp_path / "out" / "user_controller.toml"), load_robot("hydrus_xi_quad"))
     found = outcome.tuned["user_controller"]
     assert resolved_tables(tuned)["velocity"] == [2.6, 2.6, found.after["velocity.2"]]
+
+
+def test_the_laws_that_are_flown_are_read_and_no_others(tmp_path: Path) -> None:
+    tables, _ = preset_mapping("hybrid")
+    (tmp_path / "own.toml").write_text(
+        write_toml({**tables, "translation": {"law": "away.py"}}), encoding="utf-8"
+    )
+    body = "inputs.estimate.body.model.mass * inputs.estimate.body.model.gravity"
+    law = LAW.replace("40.0 if inputs.estimate.body.position[2] > 1.0 else 41.0", body)
+    law = law.replace("class Gains", "from dataclasses import dataclass\n\n@dataclass\nclass Gains")
+    for name in ("one.py", "two.py"):
+        (tmp_path / name).write_text(law, encoding="utf-8")
+
+    def frozen(*laws: str) -> dict[str, Any]:
+        vary = {"controller.translation.law": Distribution(grid=laws)} if laws else {}
+        spec = CampaignSpec("paper", (str(tmp_path / "own.toml"),), draws=len(laws) or 1, vary=vary)
+        return freeze(spec).controllers["own"]["code"]
+
+    with pytest.raises(ConfigError, match=r"away\.py' does not exist"):
+        frozen()
+    first = frozen("one.py", "two.py")
+    assert set(first) == {"translation"}
+    (tmp_path / "two.py").write_text(law + "# another one\n", encoding="utf-8")
+    assert frozen("one.py", "two.py") != first
+    assert frozen("one.py") == frozen("one.py")

@@ -27,6 +27,9 @@ FORMAT_VERSION = 1
 LOG_FILE = "log.nc"
 """The name of the record inside a run's folder."""
 
+NOTES = "notes"
+"""Attribute of a log, and entry of the scores' file: what has to be said of the run."""
+
 PROBLEMS = "problems"
 """Of a run's metrics: why a user's metric has no number, by the metric's name."""
 
@@ -130,11 +133,12 @@ class Run:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What whoever wants to repeat the run has to know, one line each.
+        """What whoever reads or repeats the run has to know, one line each.
 
-        What had changed since the run that it repeats, and why it cannot be repeated itself.
+        What had changed since the run that it repeats, why it cannot be repeated itself, and what its numbers
+        do not show.
         """
-        return tuple(json.loads(self.log.attrs.get("notes", "") or "[]"))
+        return tuple(json.loads(self.log.attrs.get(NOTES, "") or "[]"))
 
     @property
     def verdict(self) -> str:

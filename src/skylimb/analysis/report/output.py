@@ -15,6 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from skylimb.analysis.recording import LOG_FILE, Run, write_sources
+from skylimb.analysis.recording.run import NOTES
 from skylimb.analysis.report.attempts import Attempts, mark_failed
 from skylimb.analysis.report.places import CONFIG_FILE, home
 from skylimb.analysis.scores.declared import ATTRIBUTE as DECLARED
@@ -242,4 +243,5 @@ def _draw(
 
 
 def _metrics_json(run: Run) -> str:
-    return json.dumps(dict(run.metrics), indent=2, allow_nan=False) + "\n"
+    notes = {NOTES: run.notes} if run.notes else {}
+    return json.dumps({**run.metrics, **notes}, indent=2, allow_nan=False) + "\n"

@@ -217,16 +217,27 @@ class Metric:
         Raises:
             UserCodeError: when the function returns something else than it should.
         """
+        return self.numbers(self.values(run))
+
+    def numbers(self, values: Iterable[Any]) -> dict[str, Number]:
+        """Its scores by name, of what its function returned for each."""
+        return {score.name: score.number(one) for score, one in zip(self.scores, values, strict=True)}
+
+    def values(self, run: Run) -> list[Any]:
+        """What the function returns for each of its scores; NaN where it has no number.
+
+        Raises:
+            UserCodeError: when the function returns something else than it should.
+        """
         try:
             found = self.function(run)
         except NoNumberError:
-            return dict.fromkeys(self.columns)
+            return [math.nan] * len(self.scores)
         if isinstance(found, Mapping) != bool(self.keys) or (self.keys and set(found) != set(self.keys)):
             wanted = f"a dict with {', '.join(self.keys)}" if self.keys else "a number"
             hint = "; name them: @skylimb.metric(keys=(...))" if isinstance(found, Mapping) else ""
             raise UserCodeError(f"metric '{self.name}' should return {wanted}, it returned {found!r}{hint}")
-        values = [found[key] for key in self.keys] if self.keys else [found]
-        return {score.name: score.number(one) for score, one in zip(self.scores, values, strict=True)}
+        return [found[key] for key in self.keys] if self.keys else [found]
 
 
 def metric(

@@ -23,9 +23,12 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from skylimb.analysis.recording.run import PROBLEMS, AnyRun, Run
+import numpy as np
+
+from skylimb.analysis.recording.run import NOTES, PROBLEMS, AnyRun, Run
 from skylimb.analysis.scores.declared import declared_in, declaring
 from skylimb.analysis.scores.metrics import metrics
+from skylimb.analysis.scores.read_only import read_only
 from skylimb.analysis.scores.registry import SCORES, TOLERANCES
 from skylimb.analysis.scores.score import Metric, Number
 from skylimb.analysis.scores.verdict import verdict
@@ -38,7 +41,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawing
 
 TAKEN = frozenset(
-    {*SCORES, "status", "cause", "missed", "checks", "force_limits", "strokes", "success", PROBLEMS}
+    {*SCORES, "status", "cause", "missed", "checks", "force_limits", "strokes", "success", PROBLEMS, NOTES}
 )
 """What a metric cannot be called."""
 
@@ -65,7 +68,7 @@ class UserFigure:
         """
         what = f"figure '{self.name}'"
         with UserCode(what):
-            drawn = self.function(run)
+            drawn = self.function(read_only(run))
         if not hasattr(drawn, "savefig"):
             raise UserCodeError(
                 f"{what} should return a matplotlib figure, it returned {type(drawn).__name__}"
@@ -154,7 +157,12 @@ def scored(run: AnyRun, own: Iterable[UserScore] = (), sets: Iterable[str] = ())
     for each in used if not run.failed else ():
         try:
             with UserCode(_metric(each)):
-                numbers |= each.of(fresh)
+                values = each.values(read_only(fresh))
+                numbers |= each.numbers(values)
+                for name, value in zip(each.columns, values, strict=True):
+                    if np.isinf(float(value)):
+                        said = f"{_metric(each)} returned {float(value):g} as {name}"
+                        raise UserCodeError(f"{said}; expected a finite number, or NaN where there is none")
         except UserCodeError as error:
             problems[_metric(each)] = str(error)
     judged = {**declared, **{score.name: score for each in used for score in each.scores}}.values()

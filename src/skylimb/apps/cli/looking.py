@@ -21,17 +21,14 @@ def list_all() -> None:
     Examples:
         skylimb list
     """
+    from skylimb.apps.catalogue.added import added_rows
     from skylimb.apps.catalogue.entries import KINDS, entries
-    from skylimb.base.plugins import GROUPS, added_by, added_names
 
     found = entries()
     for kind, title in KINDS.items():
         rows = [(entry.name, entry.meaning) for entry in found if entry.kind == kind]
         output.show_table(rows, title=title)
-    added = [
-        (f"{group[:-1]} {name}", added_by(group, name)) for group in GROUPS for name in added_names(group)
-    ]
-    if added:
+    if added := added_rows():
         output.show_table(added, title="Added by installed packages")
 
 

@@ -197,21 +197,12 @@ def _require_name(kind: str, name: str) -> None:
 def _taken(kind: str) -> Iterable[str]:
     """Names of what ships, and of what installed packages add."""
     from skylimb.analysis.scores.user_scores import TAKEN
+    from skylimb.apps.catalogue.added import shipped_names
     from skylimb.base.plugins import added_names
     from skylimb.control.preset import preset_names
-    from skylimb.control.slots import SLOTS, law_names
-    from skylimb.flight.experiments.listing import list_experiments
-    from skylimb.robots.loader import list_robots
-    from skylimb.simulation.surfaces import SURFACES
 
-    ships: dict[str, Iterable[str]] = {
-        "law": [*(law for slot in SLOTS for law in law_names(slot)), *preset_names()],
-        "controller": preset_names(),
-        "metric": TAKEN,
-        "experiment": list_experiments(),
-        "surface": SURFACES,
-        "robot": list_robots(),
-        "environment": (),
-    }
-    added = (one.rpartition(".")[2] for one in added_names(f"{kind}s"))
-    return {*ships[kind], *added}
+    # The preset of a law is called as it is.
+    further: dict[str, Iterable[str]] = {"law": preset_names(), "metric": TAKEN}
+    group = f"{kind}s"
+    names = (one.rpartition(".")[2] for one in (*shipped_names(group), *added_names(group)))
+    return {*names, *further.get(kind, ())}

@@ -84,9 +84,10 @@ def import_robot(
         raise ConfigError("--out is missing; it names the robot's new folder")
     report = skylimb.import_robot(file, out, packages, mapping, args=_arguments(args), mend=mend)
     print(report_text(report))
-    flown = f"skylimb run free_flight --set robot={out} 'posture.waypoints=[]'"
+    controller, hovers = _first_flight(out) if report.can_hover else ("", False)
+    flown = f"skylimb run free_flight{controller} --set robot={out} 'posture.waypoints=[]'"
     print(f"\nWritten to {Path(out)}: {flown}")
-    return 0 if report.can_hover else 1
+    return 0 if hovers else 1
 
 
 def new_robot(
@@ -156,6 +157,19 @@ def new_robot(
     print(report_text(report))
     print(f"\nWritten to {Path(out)}; a first touch: {_first_touch(out)}")
     return 0 if report.can_hover else 1
+
+
+def _first_flight(out: str) -> tuple[str, bool]:
+    """Fly a hover, and say what came of it: the option that names who flies, and whether any hovers."""
+    import skylimb
+    from skylimb.apps.robot_import.hover_flight import FIRST, who_hovers
+
+    name, lost = who_hovers(skylimb.load_robot(out))
+    for other, why in lost.items():
+        print(f"  {'doubt' if name else 'FAULT'}     a hover of 5 s with {other} does not last: {why}")
+    if name:
+        print(f"  flown     a hover of 5 s with {name}")
+    return f" --controller {name}" if name and name != FIRST[0] else "", bool(name)
 
 
 def _first_touch(out: str) -> str:

@@ -26,6 +26,7 @@ from skylimb.apps.robot_import.repairs import repair
 from skylimb.apps.robot_import.roles import recognise
 from skylimb.apps.robot_import.self_collision import SelfCollision, find_self_collisions
 from skylimb.apps.robot_import.tables import find_tables
+from skylimb.apps.robot_import.thrust_limits import axle_of
 from skylimb.apps.robot_import.tree import UrdfTree
 from skylimb.apps.robot_import.urdf_text import read_urdf_text
 from skylimb.base.errors import SkylimbError
@@ -125,10 +126,7 @@ def check_robot_file(
     tree.hold_stiff()
     mass_in = tree.total_mass()
     roles = recognise(tree, said)
-    axles = [
-        {key: tree.limit(joint, key) for key in ("lower", "upper")} if joint is not None else {}
-        for joint in roles.spinning
-    ]
+    axles = [axle_of(joint) for joint in roles.spinning]
     tables = find_tables(text.path, text.packages)
     # Before the repairs, which leave links and joints only.
     drag = tree.root.find("m_f_rate")

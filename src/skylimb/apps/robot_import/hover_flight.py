@@ -1,11 +1,11 @@
-"""Whether a robot that servos hold up hovers: numbers at rest do not say whether they turn fast enough."""
+"""Whether a robot hovers in a flight: numbers at rest say nothing of servos and rotors that are too slow."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from skylimb.analysis.recording.run import Run
-from skylimb.base.errors import DescriptionError
+from skylimb.base.errors import DescriptionError, SkylimbError
 from skylimb.control.controller import load_controller
 from skylimb.flight.experiments.experiment import load_experiment
 from skylimb.flight.flying import fly
@@ -15,6 +15,9 @@ from skylimb.robots.model import Robot
 
 HOVER = {"posture.waypoints": [], "stop_at": 5.0}
 """Of `free_flight`: what falls does so within one or two seconds."""
+
+FIRST = ("hybrid", "following")
+"""Controllers for a first flight: the one that flies by default, and the one that is the most robust."""
 
 _NEAR = 0.25
 """How far from its place a hover may end, m."""
@@ -26,10 +29,32 @@ def require_hover(robot: Robot) -> None:
     Raises:
         SkylimbError: saying what became of it, or why it is not flown.
     """
-    takeoff = prepare(load_experiment("free_flight", HOVER), robot, load_controller("following", robot))
-    lost = not_hovered(simulated_run(takeoff, fly(takeoff)))
+    lost = hover_lost(robot, "following")
     if lost:
         raise DescriptionError(f"is held at rest, but does not last in a flight: {lost}")
+
+
+def hover_lost(robot: Robot, controller: str) -> str:
+    """What is wrong with a hover of 5 s in free flight under a controller that ships; empty where nothing."""
+    takeoff = prepare(load_experiment("free_flight", HOVER), robot, load_controller(controller, robot))
+    return not_hovered(simulated_run(takeoff, fly(takeoff)))
+
+
+def who_hovers(robot: Robot) -> tuple[str, dict[str, str]]:
+    """The first controller that hovers, of those that are proposed for a first flight, and why others do not.
+
+    The name is empty where none does.
+    """
+    lost: dict[str, str] = {}
+    for controller in FIRST:
+        try:
+            why = hover_lost(robot, controller)
+        except SkylimbError as error:
+            why = str(error)
+        if not why:
+            return controller, lost
+        lost[controller] = why
+    return "", lost
 
 
 def not_hovered(run: Run) -> str:

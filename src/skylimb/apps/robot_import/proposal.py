@@ -13,9 +13,11 @@ from skylimb.apps.robot_import.mapping import MappedRotor, Mapping
 from skylimb.apps.robot_import.roles import Roles
 from skylimb.apps.robot_import.spin_guess import spins_of
 from skylimb.apps.robot_import.tables import LabTables, MotorTable
+from skylimb.apps.robot_import.thrust_limits import Axle, thrust_limits
 from skylimb.apps.robot_import.tip_guess import guess_tip
 from skylimb.apps.robot_import.tool_guess import with_axes
 from skylimb.apps.robot_import.tree import UrdfTree, number
+from skylimb.apps.robot_import.turning_guess import turning
 from skylimb.base.errors import DescriptionError
 from skylimb.robots.description import GRAVITY, Servo
 from skylimb.robots.flight_file import (
@@ -34,28 +36,21 @@ KAPPA, LAG, THRUST_MIN, THRUST_TO_WEIGHT = 0.016, 0.05, 0.5, 2.0
 SPIN = "spin of the rotors"
 """What is doubted where no file says how rotors turn."""
 
-_BELIEVED = 1e3
-"""Greatest thrust that a limit of a rotor's axle may mean, N; +-1e16 means none."""
 _FAR_APART = 0.05
 _IMU = re.compile(r"(^|[_/])(imu|fc|flight_?controller)\d*(_link)?$", re.IGNORECASE)
 """Names of links on which an IMU sits; the lab's flight controller is called fc."""
-_HEAVIEST, _SMALLEST, _LARGEST = 0.3, 0.02, 0.4
-"""A link is a rotor alone up to this mass (kg), and with a disc's radius between these (m)."""
-_COEFFICIENT = 0.12
-"""Of usual propellers, thrust over squared turns a second and diameter to the fourth, kg/m^3: a thrust
-coefficient of 0.1 in air."""
 _SERVOS = {"joints": Servo(50.0, 2.0, 3.0, 0.5), "gimbals": Servo(5.0, 0.1, 3.0, 10.0)}
 
 
 def propose(
-    tree: UrdfTree, roles: Roles, axles: list[dict[str, float]], mapping: Mapping, tables: LabTables
+    tree: UrdfTree, roles: Roles, axles: list[Axle], mapping: Mapping, tables: LabTables
 ) -> tuple[FlightFile, list[Doubt]]:
     """The flight file, and a doubt for each number that is assumed or said twice differently.
 
     Args:
         tree: after the repairs.
         roles: as recognised.
-        axles: limits of each rotor's axle before the repairs, which the laboratory gives in newtons.
+        axles: what is said of each rotor's axle before the repairs; the laboratory's limits are newtons.
         mapping: what the user says.
         tables: of the laboratory's package.
 
@@ -111,7 +106,7 @@ def _level(n: int) -> PostureSection:
 
 
 def _rotors(
-    tree: UrdfTree, roles: Roles, axles: list[dict[str, float]], motors: MotorTable, doubts: list[Doubt]
+    tree: UrdfTree, roles: Roles, axles: list[Axle], motors: MotorTable, doubts: list[Doubt]
 ) -> tuple[RotorSection, ...]:
     """Each number from the first that says it: mapping, URDF, motor table; else it is assumed."""
     kappa = _drag(tree, roles.rotors, motors, doubts)
@@ -126,7 +121,7 @@ def _rotors(
         if lag is None:
             guess = f"is not said; {LAG:g} s is assumed"
             doubts.append(Doubt("lag of the rotors", guess, "say lag, from a step of thrust"))
-        inertia, factor = _turning(tree, rotor, doubts)
+        inertia, factor = turning(tree, rotor, high, doubts)
         sections.append(
             RotorSection(
                 link=rotor.link,
@@ -146,31 +141,6 @@ def _rotors(
             )
         )
     return tuple(sections)
-
-
-def _turning(tree: UrdfTree, rotor: MappedRotor, doubts: list[Doubt]) -> tuple[float | None, float | None]:
-    """Inertia of a rotor, kg m^2, and its thrust over squared speed, N s^2; None for what nothing tells.
-
-    Where the rotor has a link of its own, that link's inertia is taken, and the propeller is as large as a
-    disc of that mass and inertia.
-    """
-    inertia, factor, mass = rotor.inertia, rotor.thrust_factor, tree.mass(rotor.link)
-    element = tree.link(rotor.link)
-    said = number(element.find("inertial/inertia") if element is not None else None, "izz", 0.0)
-    radius = math.sqrt(2.0 * said / mass) if said > 0.0 and mass > 0.0 else 0.0
-    if mass > _HEAVIEST or not _SMALLEST < radius < _LARGEST:
-        return inertia, factor
-    if inertia is None:
-        inertia = said
-        value = f"is not said; {said:.3g} kg m^2 of the rotor's own link is taken"
-        doubts.append(
-            Doubt("inertia of the rotors", value, "say inertia in a mapping file: propeller and bell")
-        )
-    if factor is None:
-        factor = float(f"{_COEFFICIENT * (2.0 * radius) ** 4 / (2.0 * math.pi) ** 2:.3g}")
-        value = f"is not said; {factor:g} N s^2 is assumed, as for a propeller of {2.0 * radius:.2g} m"
-        doubts.append(Doubt("thrust over squared speed", value, "say thrust_factor, from a data sheet"))
-    return inertia, factor
 
 
 def _first(*values: float | None) -> float | None:
@@ -194,12 +164,11 @@ def _drag(tree: UrdfTree, rotors: tuple[MappedRotor, ...], motors: MotorTable, d
 
 
 def _thrusts(
-    rotor: MappedRotor, axle: dict[str, float], share: float, motors: MotorTable, doubts: list[Doubt]
+    rotor: MappedRotor, axle: Axle, share: float, motors: MotorTable, doubts: list[Doubt]
 ) -> tuple[float, float]:
     """Least and greatest thrust, N; `share` is the weight that a rotor carries, N."""
-    low, high = axle.get("lower", math.nan), axle.get("upper", math.nan)
-    if not (0.0 <= low < high < _BELIEVED and high != 2.0 * math.pi):
-        low, high = None, None
+    low, high, odd = thrust_limits(axle)
+    of = f"greatest thrust of joint {axle.joint}"
     table, most, what = motors.thrust_max, rotor.thrust_max, "greatest thrust"
     if not most and high is not None and table is not None:
         most = min(high, table)
@@ -209,8 +178,12 @@ def _thrusts(
     most = _first(most or None, high, table)
     if most is None:
         most = round(THRUST_TO_WEIGHT * share, 2)
-        value = f"is not said; {THRUST_TO_WEIGHT:g} times the weight is assumed, {most:g} N a rotor"
-        doubts.append(Doubt(what, value, "say thrust_max in a mapping file"))
+        value = (
+            f"{odd or 'is not said'}; {THRUST_TO_WEIGHT:g} times the weight is assumed, {most:g} N a rotor"
+        )
+        doubts.append(Doubt(of if odd else what, value, "say thrust_max in a mapping file"))
+    elif odd and not rotor.thrust_max:
+        doubts.append(Doubt(of, f"{odd}; {most:g} N of {_named(motors)} is taken", "correct it in the files"))
     least = _first(rotor.thrust_min, low, motors.thrust_min, min(THRUST_MIN, 0.1 * most)) or 0.0
     return (least, most) if least < most else (0.0, most)
 

@@ -30,12 +30,14 @@ class Flight:
         layout: where each signal stands in a row.
         ticks: how many ticks were flown.
         cause: why the flight was lost, or empty.
+        notes: what its driver has to say of it, one line each.
     """
 
     signals: np.ndarray
     layout: Layout[dict[str, object]]
     ticks: int
     cause: str
+    notes: tuple[str, ...] = ()
 
     def has(self, name: str) -> bool:
         """Whether a signal was recorded."""

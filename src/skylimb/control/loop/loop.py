@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -40,6 +41,10 @@ class Driver(Protocol):
 
     def fault(self) -> str:
         """Why the vehicle's state can no longer be trusted; empty while it can."""
+        ...
+
+    def notes(self) -> tuple[str, ...]:
+        """What is to be said of the flight so far, one line each."""
         ...
 
 
@@ -112,7 +117,7 @@ class Loop:
                 raise
             self.error = error
             cause = f"broken off at t = {self.time:.3f} s: {error}"
-            self._flight = self._lost(self._loss() or (self.ticks - 1, cause))
+            self._end(self._lost(self._loss() or (self.ticks - 1, cause)))
             return False
         self.ticks += 1
         if at > self._last or self.ticks == self._next_check:
@@ -131,9 +136,7 @@ class Loop:
 
     def stop(self) -> Flight:
         """The flight, ended here if it was not; one that is stopped before its end has that as its cause."""
-        if self._flight is None:
-            self._flight = self.stopped()
-        return self._flight
+        return self._flight or self._end(self.stopped())
 
     def stopped(self) -> Flight:
         """The flight as it would be if it were stopped here; it can go on afterwards."""
@@ -153,14 +156,18 @@ class Loop:
     def _lost(self, lost: tuple[int, str]) -> Flight:
         return Flight(self.driver.log, self.driver.layout, lost[0] + 1, lost[1])
 
+    def _end(self, flight: Flight) -> Flight:
+        self._flight = replace(flight, notes=self.driver.notes())
+        return self._flight
+
     def _check(self) -> None:
         lost = self._loss()
         if lost is not None:
-            self._flight = self._lost(lost)
+            self._end(self._lost(lost))
         elif self._at > self._last:
-            self._flight = self._so_far()
+            self._end(self._so_far())
         elif self.ticks == self._count:
-            self._flight = unfinished(self._mission, self._so_far())
+            self._end(unfinished(self._mission, self._so_far()))
         self._checked = self.ticks
         self._next_check = min(self.ticks + self._interval, self._count)
 

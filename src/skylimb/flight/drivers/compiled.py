@@ -10,12 +10,16 @@ import numpy as np
 
 from skylimb.base.bound_function import BoundFunction
 from skylimb.flight.drivers.hooks import Hook
+from skylimb.flight.drivers.python_time import PythonTime, python_time
 from skylimb.flight.events import GainRows
 from skylimb.simulation.engine_warnings import raised_warnings
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.rows import FlightRows
 from skylimb.simulation.tick import CompiledTick
 from skylimb.simulation.vehicle import Advance
+
+ASKED_AGAIN = 51
+"""Ticks after which a law in Python is asked once more; an odd number, so that both evaluations are."""
 
 
 class Saved(NamedTuple):
@@ -69,6 +73,10 @@ class CompiledDriver:
         # State and next state change places at every tick, so that nothing is copied.
         self._states = (tick.state.copy(), tick.state.copy())
         self.gains = tick.gains.copy()
+        # Of laws in Python: how long they took, and which of them gave another result, when and by how much.
+        self._took = np.full(len(rows) if tick.calls else 0, np.nan)
+        self._odd: dict[str, tuple[int, float]] = {}
+        self._period = plant.substeps * plant.model.opt.timestep
         # The row of the mission that comes next: as an array, so that a saved one can be put back.
         self._at = np.zeros(1, dtype=int)
         self.tick = self._bound_tick(tick, plant, rows, tuple(hooks), gains, start, advance)
@@ -78,9 +86,20 @@ class CompiledDriver:
         return self._states[k & 1]
 
     @property
-    def step_time(self) -> float:
-        """Mean time that laws in Python take in a tick, s; 0 where the whole tick is compiled."""
-        return sum(one.spent for one in self._bound) / max(int(np.isfinite(self.log[:, 0]).sum()), 1)
+    def python_time(self) -> PythonTime | None:
+        """How long laws in Python take in a tick; None where the whole tick is compiled."""
+        return python_time(self._took[np.isfinite(self._took)], self._period)
+
+    def notes(self) -> tuple[str, ...]:
+        """Which laws in Python do not give the same for the same arguments, and whether they are too slow."""
+        odd = (
+            f"this run cannot be repeated: {what} gives another result for the same arguments at "
+            f"t = {k * self._period:.3f} s (by {gap:.3g}); what it remembers belongs into its state, and it "
+            "draws no random numbers"
+            for what, (k, gap) in self._odd.items()
+        )
+        time = self.python_time
+        return *odd, *(time.notes("what flies in Python") if time else ())
 
     def fault(self) -> str:
         """What the physics engine has warned of."""
@@ -127,6 +146,7 @@ class CompiledDriver:
             for i in (0, 1)
         ]
         evaluations = [one.evaluate for one in bound]
+        took, in_python = self._took, bool(tick.calls)
         known, references, clock = rows.ticks, rows.references, tick.clock
 
         def fly(k: int, keep_alive: Any = bound) -> int:
@@ -137,6 +157,10 @@ class CompiledDriver:
                 gains[changing.columns] = changing.values[k]
             odd = k & 1
             evaluations[odd]()
+            if in_python:
+                took[k] = bound[odd].spent
+                if not k % ASKED_AGAIN:
+                    self._ask_again(k)
             log[k] = signals
             for hook in hooks:
                 hook(k)
@@ -146,3 +170,8 @@ class CompiledDriver:
             return at + start
 
         return fly
+
+    def _ask_again(self, k: int) -> None:
+        """Note which laws in Python do not give again what they have just given at tick `k`."""
+        for what, gap in self._bound[k & 1].asked_again():
+            self._odd.setdefault(what, (k, gap))

@@ -20,6 +20,7 @@ from skylimb.control.missions.reference import Reference
 from skylimb.control.missions.table import window_of
 from skylimb.control.needs import PACE, needs_of
 from skylimb.control.records import Command
+from skylimb.flight.drivers.python_time import PythonTime, python_time
 from skylimb.robots.model import Robot
 
 if TYPE_CHECKING:
@@ -65,16 +66,21 @@ class FreeDriver:
         self._names: Set[str] = frozenset()
         self.layout, self._width = vehicle.layout, vehicle.layout.size
         self.log = np.zeros((0, self._width))
-        self._spent, self._ticks = 0.0, 0
+        self._took = np.full(count, np.nan)
 
     def fault(self) -> str:
         """The vehicle's own fault."""
         return self._vehicle.fault()
 
     @property
-    def step_time(self) -> float:
-        """Mean time that the controller's own step takes, s."""
-        return self._spent / max(self._ticks, 1)
+    def python_time(self) -> PythonTime | None:
+        """How long the controller's own step takes in a tick."""
+        return python_time(self._took[np.isfinite(self._took)], self._mission.period)
+
+    def notes(self) -> tuple[str, ...]:
+        """Whether the controller is too slow for its control period."""
+        time = self.python_time
+        return time.notes(self._what) if time else ()
 
     @property
     def first(self) -> Reference:
@@ -97,7 +103,7 @@ class FreeDriver:
             self._state, command, own = self._step(self._gains, self._state, measurement, reference, dt)
         except (Exception, SystemExit) as error:
             raise described_user_error(self._what, error) from error
-        self._spent, self._ticks = self._spent + perf_counter() - begun, self._ticks + 1
+        self._took[k] = perf_counter() - begun
         command = self._checked(command)
         pace = 1.0
         if self._window.paced:

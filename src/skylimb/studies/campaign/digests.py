@@ -26,5 +26,10 @@ def code_digest(path: Path) -> str:
     return _one_digest([source.digest for source in sources_of_module(load_module(path, ()))])
 
 
+def laws_digest(files: Sequence[Path]) -> str:
+    """Digest of the files of all laws that a slot is flown with."""
+    return _one_digest([code_digest(file) for file in files])
+
+
 def _one_digest(digests: Sequence[str]) -> str:
     return digests[0] if len(digests) == 1 else hashlib.sha256("".join(digests).encode()).hexdigest()

@@ -32,7 +32,7 @@ from skylimb.flight.experiments.experiment import Experiment, experiment_from_ma
 from skylimb.flight.flight_run import config_units
 from skylimb.robots.loader import load_robot
 from skylimb.robots.model import Robot
-from skylimb.studies.campaign.digests import code_digest, file_digests
+from skylimb.studies.campaign.digests import code_digest, file_digests, laws_digest
 from skylimb.studies.campaign.draws import GAIN, Draw, changed, draw
 from skylimb.studies.campaign.reading import FROZEN, spec_from_mapping
 from skylimb.studies.campaign.spec import CampaignSpec
@@ -155,7 +155,7 @@ def freeze(spec: CampaignSpec, purpose: str = "campaign") -> Campaign:
     own = experiment_from_mapping(tables, "set").robot
     chosen = spec.vary["robot"].extremes() if "robot" in spec.vary else [own]
     robots = {str(name): load_robot(str(name)) for name in chosen}
-    controllers = {Path(name).stem: _controller(name, spec.calibration) for name in spec.controllers}
+    controllers = {Path(name).stem: _controller(name, spec) for name in spec.controllers}
     if len(controllers) < len(spec.controllers):
         raise ConfigError(f"controllers = {list(spec.controllers)!r}: two of them have the same name")
     digests = {name: robot.description.digest for name, robot in robots.items()}
@@ -246,22 +246,31 @@ def _fill_list(tables: dict[str, Any], resolved: Mapping[str, Any], key: str) ->
     return changed(tables, {whole: defaults})
 
 
-def _controller(name: str, calibration: str = "") -> dict[str, Any]:
-    mapping, path = preset_mapping(name)
+def _controller(name: str, spec: CampaignSpec) -> dict[str, Any]:
+    (mapping, path), calibration = preset_mapping(name), spec.calibration
     if path.suffix == ".py":
         if calibration:
             raise ConfigError(f"controller '{name}' is Python of its own; only presets fly calibrated")
         return {"path": path.as_posix(), "code": code_digest(path)}
     if calibration:
         mapping = with_corrections(mapping, path, read_corrections(calibration))
-    files = {
-        slot: law_file(slot, str(table["law"]), path.parent)
-        for slot, table in mapping.items()
-        if slot in SLOTS and isinstance(table, dict) and "law" in table
+    laws = {
+        slot: laws_digest(files)
+        for slot in SLOTS
+        if (files := _law_files(slot, mapping.get(slot), path, spec))
     }
-    laws = {slot: code_digest(file) for slot, file in files.items() if file is not None}
     entry: dict[str, Any] = {
         "path": f"{name}.toml" if name in preset_names() else path.as_posix(),
         "preset": mapping,
     }
     return {**entry, "code": laws} if laws else entry
+
+
+def _law_files(slot: str, table: Any, preset: Path, spec: CampaignSpec) -> list[Path]:
+    """The user's files of the laws that draws fly in a slot: those that are drawn, else the preset's own."""
+    key = f"{GAIN}{slot}.law"
+    drawn = key in spec.vary and preset.stem in spec.only.get(key, (preset.stem,))
+    own = [table["law"]] if isinstance(table, dict) and "law" in table else []
+    laws = spec.vary[key].extremes() if drawn else own
+    files = (law_file(slot, str(name), preset.parent) for name in laws)
+    return [file for file in files if file is not None]

@@ -171,7 +171,8 @@ class Worker:
             )
             return Flown(make_row(self._campaign, job.flight, FAILED, cause, {}), None)
         scores = {**run.metrics, **measured(run, spec.measures)}
-        cause = run.cause or next(iter(run.problems.values()), "")  # why a number is missing
+        # Why a number is missing, or not to be had again.
+        cause = run.cause or next(iter((*run.problems.values(), *run.notes)), "")
         row = make_row(self._campaign, job.flight, run.status, cause, scores)
         wanted = job.log == "always" or (job.log == "failed" and run.failed)
         if not wanted:

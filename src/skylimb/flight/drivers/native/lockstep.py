@@ -14,6 +14,7 @@ from skylimb.flight.drivers.machine_code import compile_native
 from skylimb.flight.drivers.native.flight_struct import NativeFlight, begin_flight
 from skylimb.flight.drivers.native.fly import seat, step_flights, structure_of
 from skylimb.flight.drivers.native.library import callback_library, control_callback
+from skylimb.flight.drivers.python_time import python_parts
 from skylimb.flight.takeoff import Takeoff
 from skylimb.simulation.engine_timer import without_timer
 from skylimb.simulation.robot_bodies import TIP_SITE
@@ -117,7 +118,13 @@ class LockStep:
 
     def _begun(self, place: int, takeoff: Takeoff) -> NativeFlight:
         if not takeoff.compiled:
-            raise ConfigError(f"controller '{takeoff.controller.name}' flies in Python, not in lock-step")
+            said = "; ".join(
+                ": ".join(filter(None, part)) for part in python_parts(takeoff.controller).items()
+            )
+            raise ConfigError(
+                f"controller '{takeoff.controller.name}' flies in Python, not in lock-step, which takes "
+                f"compiled ones alone ({said})"
+            )
         if structure_of(takeoff) != self._structure or takeoff.tick.signals.size != self.rows.shape[2]:
             raise ConfigError(
                 f"experiment {takeoff.experiment.name}: flights in lock-step need one robot, one kind of "

@@ -1,0 +1,26 @@
+"""A run as a user's metric or figure gets it: to be read, so that others find it as it was."""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import replace
+from types import MappingProxyType
+
+import xarray as xr
+
+from skylimb.analysis.recording.run import AnyRun
+
+
+def read_only(run: AnyRun) -> AnyRun:
+    """The run with scores and signals that cannot be written to; nothing of the log is copied.
+
+    What is put into its log, as a signal or an attribute, is put into this one alone.
+    """
+    log = run.log.assign({name: _fixed(run.log[name].variable) for name in run.log.data_vars})
+    return replace(run, log=log, metrics=MappingProxyType(copy.deepcopy(dict(run.metrics))))
+
+
+def _fixed(signal: xr.Variable) -> xr.Variable:
+    values = signal.values.view()
+    values.flags.writeable = False
+    return signal.copy(deep=False, data=values)
