@@ -2,6 +2,7 @@
 
 import dataclasses
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -73,11 +74,21 @@ class Untraceable:
         self.gains, self.initial_state, self.needs = inner.gains, inner.initial_state, needs_of(inner)
 
 
+WEAK: dict[str, Any] = {
+    "stop_at": 2.2,
+    "plant.thrust_scale": 0.95,
+    "plant.wall_pull": 0.1,
+    "events": [{"kind": "rotor", "time": 0.3, "duration": 0.5, "rotor": "rotor2", "effectiveness": 0.97}],
+}
+"""Rotors that are weaker than they are told, beside a wall."""
+
+
 @pytest.mark.parametrize(
-    ("name", "until"), [("pid", {}), ("hybrid", {"stop_at": 2.2}), ("following", {"stop_at": 2.6})]
+    ("name", "until"),
+    [("pid", {}), ("pid", WEAK), ("hybrid", {"stop_at": 2.2}), ("following", {"stop_at": 2.6})],
 )
-def test_all_drivers_agree(name: str, until: dict[str, float]) -> None:
-    """To the end once; the other laws until they have touched for 0.4 s, as numbers take long."""
+def test_all_drivers_agree(name: str, until: dict[str, Any]) -> None:
+    """To the end once; the other flights until they have touched for 0.4 s, as numbers take long."""
     (takeoff,) = take_off("paper", (name,), set={**HOLD, **until})
     hidden = dataclasses.replace(takeoff, controller=Untraceable(takeoff.controller))
     assert takeoff.traceable
@@ -89,6 +100,8 @@ def test_all_drivers_agree(name: str, until: dict[str, float]) -> None:
     np.testing.assert_array_equal(fastest.signals[: fastest.ticks], compiled.signals[: compiled.ticks])
     for signal in (
         "configuration",
+        "thrusts",
+        "motor_torques",
         "thrusts_command",
         "contact_force",
         "external_force_estimate",

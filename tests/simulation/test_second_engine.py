@@ -59,6 +59,8 @@ def test_accelerations_with_turning_rotors_are_pinocchios() -> None:
     places, n, m = [*plant.joint_qpos, *plant.vectoring_qpos], robot.n_rotors, len(names)
     rates_at, columns = [i - 1 for i in places], [*range(6), *(one.idx_v for one in joints)]
     drive, numbers = actuator_function(plant, dt), plant_numbers(plant, dt)
+    scales = rng.uniform(0.5, 1.5, n)  # of rotors that give another thrust than they are told
+    engine.actuator_gainprm[:n, 0] = scales
     servos = [Servo(*numbers) for numbers in zip(*vars(d.servos).values(), strict=True)]
     brakes = servo_brakes(engine)
     spins, worst = np.array([rotor.spin for rotor in d.rotors]), 0.0
@@ -76,7 +78,7 @@ def test_accelerations_with_turning_rotors_are_pinocchios() -> None:
         command = Command(commanded, mine.act[n : n + robot.n_joints], mine.act[n + robot.n_joints :])
         turns = np.concatenate([mine.qvel[3:6], mine.qvel[rates_at]])
         outputs = mine.qpos, mine.qvel, mine.act, mine.history
-        controls, forces, _ = drive(*outputs, numbers, turns, *command)
+        controls, forces, _ = drive(*outputs, numbers, scales, turns, *command)
         mine.ctrl[: n + m], mine.qfrc_applied[:] = (
             np.array(controls).ravel()[: n + m],
             np.array(forces).ravel(),
@@ -88,9 +90,9 @@ def test_accelerations_with_turning_rotors_are_pinocchios() -> None:
         mujoco.mj_applyFT(engine, mine, tip_force[state], np.zeros(3), tip, body, mine.qfrc_applied)
         mujoco.mj_forward(engine, mine)
 
-        tick = rotor_tick(
-            RotorNumbers(*map(ca.DM, np.split(numbers, 6))), ca.DM(thrusts), ca.DM(commanded), dt
-        )
+        rotors = RotorNumbers(*map(ca.DM, np.split(numbers, 6)))
+        rotors = rotors._replace(drag=rotors.drag * scales)
+        tick = rotor_tick(rotors, ca.DM(thrusts), ca.DM(commanded), dt)
         R = np.asarray(rotation_from_quaternion(mine.qpos[3:7]))
         x, v = pin.neutral(model), np.zeros(model.nv)
         x[:3], x[3:7] = mine.qpos[:3], np.roll(mine.qpos[3:7], -1)
@@ -106,7 +108,7 @@ def test_accelerations_with_turning_rotors_are_pinocchios() -> None:
         pin.computeJointJacobians(model, data, x)
         pin.updateFramePlacements(model, data)
         tau = np.zeros(model.nv)
-        for rotor, frame, thrust in zip(d.rotors, frames, thrusts, strict=True):
+        for rotor, frame, thrust in zip(d.rotors, frames, scales * thrusts, strict=True):
             J = pin.getFrameJacobian(model, data, frame, pin.LOCAL)
             force = thrust * rotor.R[:, 2]
             torque = np.cross(rotor.xyz, force) + rotor.drag_torque_coefficient * force

@@ -19,6 +19,7 @@ from skylimb.flight.drivers.machine_code import fastest, worth_building
 from skylimb.flight.drivers.native import fly_native, native_available
 from skylimb.flight.drivers.python_time import PythonTime, python_parts
 from skylimb.flight.drivers.world import World, world
+from skylimb.flight.events.rotor import thrust_scales
 from skylimb.flight.takeoff import Takeoff
 from skylimb.simulation.engine_timer import without_timer
 from skylimb.simulation.tick import CompiledTick
@@ -106,5 +107,6 @@ def simulated_vehicle(
     """
     faster = functools.partial(fastest, build=build)
     sensors = takeoff.remembering
-    here = world.plant, world.data, rows, sensors, takeoff.period, world.hooks, faster, world.advance
-    return SimulatedVehicle(*here)
+    scales = thrust_scales(takeoff.plant.model, takeoff.robot.n_rotors, world.events.model)
+    here = world.plant, world.data, rows, sensors, takeoff.period, scales
+    return SimulatedVehicle(*here, world.hooks, faster, world.advance)

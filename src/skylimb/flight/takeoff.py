@@ -23,6 +23,7 @@ from skylimb.flight.events import (
     require_events,
     timeline,
 )
+from skylimb.flight.events.rotor import thrust_scales
 from skylimb.flight.events.surface import surface_table
 from skylimb.flight.experiments.experiment import Experiment
 from skylimb.flight.loading import Use, plan_flights
@@ -85,11 +86,11 @@ class Takeoff(FlightPlan):
     @property
     def fixed_rows(self) -> FlightRows:
         """References and noise of the whole mission, whenever the flight is stopped."""
-        experiment, added = self.experiment, self.timeline(self.times).rows
-        rows = self._of(
-            flight_rows, self.plant.robot, self.mission, experiment.sensors, experiment.seed, self.window
-        )
-        return rows if added is None else self._of(FlightRows.with_added, rows, added.added)
+        experiment, events, robot = self.experiment, self.timeline(self.times), self.plant.robot
+        scales = self._of(thrust_scales, self.plant.model, robot.n_rotors, events.model)
+        known = self.mission, experiment.sensors, experiment.seed, self.window
+        rows = self._of(flight_rows, robot, *known, scales)
+        return rows if events.rows is None else self._of(FlightRows.with_added, rows, events.rows.added)
 
     @property
     def rows(self) -> FlightRows:

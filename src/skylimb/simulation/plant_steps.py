@@ -16,6 +16,7 @@ from skylimb.base.errors import UserCodeError, unknown_name
 from skylimb.base.user_code import UserCode
 from skylimb.simulation.contact import effective_mass
 from skylimb.simulation.plant import Plant
+from skylimb.simulation.plant_tick import rotor_scales
 from skylimb.simulation.servo_friction import servo_brakes
 from skylimb.simulation.spring_contact import SpringContact
 from skylimb.simulation.user_plant import Beginning, Drive, UserPlant, plant_name
@@ -62,7 +63,8 @@ class PlantSteps:
         self._brake = np.array([brakes.get(rate, 0.0) for rate in rates])
         asked = {name: memory[at] for name, (memory, at) in self._memory.items()}
         touch = SpringContact(plant.surface, robot.tip.radius, effective_mass(plant.model), step)
-        beginning = Beginning(robot, plant.surface, step, asked, data.act[:n].copy(), touch, plant.scene)
+        thrusts = rotor_scales(plant.model, n) * data.act[:n]
+        beginning = Beginning(robot, plant.surface, step, asked, thrusts, touch, plant.scene)
         with UserCode(self._what, own.start):
             said = own.start(beginning)
         truth = self._checked(said, 0.0)

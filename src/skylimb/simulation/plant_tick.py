@@ -48,16 +48,15 @@ def sense_plant(
 
 
 def plant_signals(
-    plant: Plant, outputs: PlantOutputs, measurement: Measurement, command: Command
+    plant: Plant, outputs: PlantOutputs, scales: Any, measurement: Measurement, command: Command
 ) -> dict[str, Any]:
     """What is recorded whatever the controller: truth, measurement and command."""
     contact = plant.reading.average(outputs.history)
-    n = len(plant.robot.description.rotors)
     return {
         "configuration": outputs.qpos,
         "configuration_velocity": outputs.qvel,
         **measured_signals(measurement),
-        "thrusts": outputs.act[:n],
+        "thrusts": acting_thrusts(plant, outputs, scales),
         "thrusts_command": command.thrusts,
         "joint_angles_command": command.joint_angles,
         "vectoring_angles_command": command.vectoring_angles,
@@ -65,6 +64,22 @@ def plant_signals(
         "contact_duty": contact.duty,
         "contact_point": contact.position,
     }
+
+
+def acting_thrusts(plant: Plant, outputs: PlantOutputs, scales: Any) -> Any:
+    """Thrusts that act on the robot, N, (n,).
+
+    Args:
+        plant: what flies.
+        outputs: its state, with the thrusts that the rotors' lags give.
+        scales: thrust that acts over these, (n,).
+    """
+    return scales * outputs.act[: plant.robot.n_rotors]
+
+
+def rotor_scales(model: mujoco.MjModel, rotors: int) -> np.ndarray:
+    """Thrust that acts over what the lag of each rotor gives, as the engine's model has it, (n,)."""
+    return model.actuator_gainprm[:rotors, 0].copy()
 
 
 class Drive(NamedTuple):
@@ -89,10 +104,14 @@ def drive_plant(
     outputs: PlantOutputs,
     command: Command,
     rotors: Any,
+    scales: Any,
     before: Any,
     dt: float,
 ) -> Drive:
     """Send a command to the plant.
+
+    A rotor that gives another thrust than it is told has another thrust factor: its speed stays, and its drag
+    torque goes with its thrust.
 
     Args:
         plant: what flies.
@@ -100,6 +119,7 @@ def drive_plant(
         outputs: the plant now.
         command: of this tick.
         rotors: `plant_numbers`, flat.
+        scales: thrust that acts over what the lag of each rotor gives, (n,).
         before: rates of root and joints at the tick before, as `initial_rates` begins them.
         dt: control period, s.
     """
@@ -110,11 +130,12 @@ def drive_plant(
         root, known = ca.vertcat(outputs.qpos[:7], outputs.qvel[:6]), air.unpack(rotors[-air.size :])
         angles, moving = outputs.qpos[plant.places], outputs.qvel[plant.dofs]
         forces[[*range(6), *plant.dofs]] = air_forces(
-            plant.robot, known, outputs.act[:n], root, angles, moving
+            plant.robot, known, acting_thrusts(plant, outputs, scales), root, angles, moving
         )
     if not plant.turning:
         return Drive(controls, forces, {}, ())
     numbers = RotorNumbers(*ca.vertsplit(rotors[: len(RotorNumbers._fields) * n], n))
+    numbers = numbers._replace(drag=numbers.drag * scales)
     tick = rotor_tick(numbers, outputs.act[:n], command.thrusts, dt)
     turns = [3, 4, 5, *plant.dofs]
     rates = outputs.qvel[turns]

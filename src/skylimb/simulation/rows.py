@@ -28,6 +28,7 @@ class TickRow(NamedTuple):
         late: 1 where the controller comes too late, of which only a supervisor knows.
         imu_age: of what the IMU says, s.
         noise: errors of the sensors.
+        thrust_scales: thrust that acts over what the lag of each rotor gives, (n,).
     """
 
     age: Any
@@ -37,13 +38,14 @@ class TickRow(NamedTuple):
     late: Any
     imu_age: Any
     noise: SensorNoise
+    thrust_scales: Any
 
 
 def row_layout(robot: Robot) -> Layout[TickRow]:
     """Layout of a `TickRow` for this robot."""
     z3, nq, nv = np.zeros(3), robot.n_joints, robot.n_vectoring
     noise = SensorNoise(z3, z3, z3, z3, np.zeros(nq), np.zeros(nv))
-    return Layout(TickRow(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, noise))
+    return Layout(TickRow(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, noise, np.ones(robot.n_rotors)))
 
 
 @functools.lru_cache(maxsize=16)
@@ -79,9 +81,14 @@ class FlightRows:
 
 
 def flight_rows(
-    robot: Robot, mission: Mission, sensors: SensorConfig, seed: int, window: Window
+    robot: Robot,
+    mission: Mission,
+    sensors: SensorConfig,
+    seed: int,
+    window: Window,
+    thrust_scales: np.ndarray,
 ) -> FlightRows:
-    """Ages of the frames, noise drawn from `seed`, and references.
+    """Ages of the frames, noise drawn from `seed`, scales of thrusts, and references.
 
     Args:
         robot: what is flown.
@@ -89,13 +96,15 @@ def flight_rows(
         sensors: rate, latency and noise.
         seed: of the noise.
         window: rows of the mission that a tick reads.
+        thrust_scales: of every rotor at every tick, (k, n), or (1, n) where they stay.
     """
     times = mission.flight_times(window.paced)
     rng = np.random.default_rng(seed)
     noise = draw_noise(sensors, times, robot.n_joints, robot.n_vectoring, rng)
     none = np.zeros(len(times))
     imu_ages = np.full(len(times), sensors.imu.latency)
-    known = TickRow(frame_ages(sensors, times), none, none, none, none, imu_ages, noise)
+    scales = np.broadcast_to(thrust_scales, (len(times), robot.n_rotors))
+    known = TickRow(frame_ages(sensors, times), none, none, none, none, imu_ages, noise, scales)
     ticks = pack_rows(row_layout(robot), known, len(times))
     return FlightRows(
         ticks, reference_table(mission, reference_layout(robot), window), len(mission.times) - 1

@@ -174,8 +174,11 @@ def _trace(
         fresh = where(sensor_state.age < last_age + 0.5 * dt, 1.0, 0.0)
         before = traced.told(controller_state, known.late, fresh)
     controller_state, command, inner = traced.step(gain_layout.unpack(p), before, measurement, reference, dt)
-    drive = drive_plant(plant, controller.robot.description, outputs, command, rotors, rates, dt)
-    recorded = {**plant_signals(plant, outputs, measurement, command), **drive.signals, **inner}
+    scales = known.thrust_scales
+    limits = controller.robot.description
+    drive = drive_plant(plant, limits, outputs, command, rotors, scales, rates, dt)
+    shown = plant_signals(plant, outputs, scales, measurement, command)
+    recorded = {**shown, **drive.signals, **inner}
     if window.paced:
         recorded[MISSION_TIME] = clock.ticks * dt
         clock = next_clock(clock, inner[PACE])

@@ -41,6 +41,8 @@ class SimulatedVehicle:
         rows: a packed `TickRow` for every tick; a longer flight has them again from the first one on.
         sensors: rate and latency.
         dt: control period, s.
+        scales: thrust that acts over what the lag of each rotor gives, (k, n): a row a tick; the last one
+            stays.
         acts: what acts on the plant before a tick's physics.
         faster: makes a function faster that is evaluated at every tick.
         advance: advances the physics.
@@ -53,6 +55,7 @@ class SimulatedVehicle:
         rows: np.ndarray,
         sensors: SensorConfig,
         dt: float,
+        scales: np.ndarray,
         acts: Sequence[Callable[[int], None]] = (),
         faster: Callable[[ca.Function], ca.Function] = lambda function: function,
         advance: Advance = mujoco.mj_step,
@@ -76,14 +79,15 @@ class SimulatedVehicle:
         ]
         record, self._layout = _recorder(plant, layout, dt)
         self._signals, rotors = np.zeros(self._layout.size), plant_numbers(plant, dt)
+        self._scales, self._scaled = scales, scales[0].copy()
         self._rates = np.array(initial_rates(plant))
         self._next_rates = self._rates.copy()
         self._record = BoundFunction(
-            faster(record), (*outputs, rotors, self._measured, *self._command), (self._signals,)
+            faster(record), (*outputs, rotors, self._scaled, self._measured, *self._command), (self._signals,)
         )
         self._actuate = BoundFunction(
             faster(actuator_function(plant, dt)),
-            (*outputs, rotors, self._rates, *self._command),
+            (*outputs, rotors, self._scaled, self._rates, *self._command),
             (data.ctrl, data.qfrc_applied, self._next_rates),
         )
 
@@ -95,6 +99,7 @@ class SimulatedVehicle:
     def measure(self) -> Measurement:
         """What the sensors say at this tick."""
         self._row[:] = self._rows[self._tick % len(self._rows)]
+        self._scaled[:] = self._scales[min(self._tick, len(self._scales) - 1)]
         self._sense[self._tick & 1].evaluate()
         # A copy, as a controller may keep what it has seen.
         return self._unpack(self._measured.copy())
@@ -132,19 +137,20 @@ def _command_sizes(plant: Plant) -> tuple[int, int, int]:
 
 
 def actuator_function(plant: Plant, dt: float) -> ca.Function:
-    """(plant's outputs, `plant_numbers`, rates before, command) -> controls, joint forces, rates."""
-    outputs, rotors, rates, command = _driven(plant, dt)
-    drive = drive_plant(plant, plant.robot.description, outputs, command, rotors, rates, dt)
+    """(plant's outputs, `plant_numbers`, thrust scales, rates before, command) -> controls, forces, rates."""
+    outputs, rotors, scales, rates, command = _driven(plant, dt)
+    drive = drive_plant(plant, plant.robot.description, outputs, command, rotors, scales, rates, dt)
     results = [ca.densify(ca.vertcat(part)) for part in (drive.controls, drive.joint_forces, drive.rates)]
-    return ca.Function("actuate", [*outputs, rotors, rates, *command], results, {"cse": True})
+    return ca.Function("actuate", [*outputs, rotors, scales, rates, *command], results, {"cse": True})
 
 
-def _driven(plant: Plant, dt: float) -> tuple[PlantOutputs, ca.SX, ca.SX, Command]:
+def _driven(plant: Plant, dt: float) -> tuple[PlantOutputs, ca.SX, ca.SX, ca.SX, Command]:
     """Symbols of all that a plant is driven by."""
     rotors = ca.SX.sym("rotors", plant_numbers(plant, dt).size)
+    scales = ca.SX.sym("scales", plant.robot.n_rotors)
     rates = ca.SX.sym("rates", len(initial_rates(plant)))
     command = Command(*map(ca.SX.sym, Command._fields, _command_sizes(plant)))
-    return symbolic_outputs(plant.model), rotors, rates, command
+    return symbolic_outputs(plant.model), rotors, scales, rates, command
 
 
 def _sensors(
@@ -166,12 +172,13 @@ def _sensors(
 
 def _recorder(plant: Plant, measurements: Layout[Measurement], dt: float) -> tuple[ca.Function, Layout[Any]]:
     """What is recorded whatever the controller, as a function of plant, measurement and command."""
-    outputs, rotors, rates, command = _driven(plant, dt)
+    outputs, rotors, scales, rates, command = _driven(plant, dt)
     measured = ca.SX.sym("measured", measurements.size)
-    recorded = plant_signals(plant, outputs, measurements.unpack(measured), command)
-    recorded |= drive_plant(plant, plant.robot.description, outputs, command, rotors, rates, dt).signals
+    recorded = plant_signals(plant, outputs, scales, measurements.unpack(measured), command)
+    limits = plant.robot.description
+    recorded |= drive_plant(plant, limits, outputs, command, rotors, scales, rates, dt).signals
     layout = Layout(recorded)
     function = ca.Function(
-        "record", [*outputs, rotors, measured, *command], [ca.densify(layout.pack(recorded))]
+        "record", [*outputs, rotors, scales, measured, *command], [ca.densify(layout.pack(recorded))]
     )
     return function, layout

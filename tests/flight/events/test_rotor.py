@@ -36,3 +36,20 @@ def test_a_robot_without_any_thrust_falls(rotors: str) -> None:
     fallen = np.diff(lift[22:30]) / flight.takeoff.period
     # The root is not the centre of gravity, but at first nothing turns it.
     np.testing.assert_allclose(fallen, -9.80665, rtol=0.02)
+    thrusts = flight.signal("thrusts")
+    assert np.all(thrusts[:20] > 1.0)
+    assert not thrusts[20:].any()
+
+
+def test_a_weak_rotor_turns_as_fast_as_it_is_told_and_its_motor_has_less_to_do() -> None:
+    flight = skylimb.begin("free_flight", set={"plant.thrust_scale": 0.8})
+    for _ in range(101):
+        flight.tick()
+    thrusts, speeds = flight.signal("thrusts"), flight.signal("rotor_speeds")
+    rotor = flight.takeoff.robot.description.rotors[0]
+    assert rotor.thrust_factor is not None
+    assert rotor.inertia is not None
+    np.testing.assert_allclose(thrusts, 0.8 * rotor.thrust_factor * speeds**2, rtol=1e-12)
+    gained = rotor.inertia * np.diff(speeds, axis=0) / flight.takeoff.period
+    drag = abs(rotor.drag_torque_coefficient) * 0.5 * (thrusts[1:] + thrusts[:-1])
+    np.testing.assert_allclose(flight.signal("motor_torques")[:-1], gained + drag, atol=2e-3)

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from scipy.stats import beta, bootstrap
+from scipy.stats import beta, binom
 
 from skylimb.studies.campaign.statistics import (
     Scores,
@@ -10,7 +10,7 @@ from skylimb.studies.campaign.statistics import (
     rank,
     success_rate,
 )
-from skylimb.studies.campaign.statistics.intervals import bootstrap_interval, median
+from skylimb.studies.campaign.statistics.intervals import dominance_interval, median, median_interval
 from skylimb.studies.campaign.summary import medians
 
 
@@ -27,27 +27,49 @@ def test_the_rule_of_three() -> None:
     assert 1.0 - success_rate(100, 100).low == pytest.approx(1.0 - 0.025 ** (1 / 100), abs=1e-9)
 
 
-def test_bootstrap_intervals_agree_with_scipys() -> None:
-    rng = np.random.default_rng(0)
-    values = rng.normal(1.0, 2.0, 200)
-    low, high = bootstrap_interval(np.mean, values, 0)
-    reference = bootstrap(
-        (values,), np.mean, method="percentile", n_resamples=20_000, rng=rng
-    ).confidence_interval
-    assert low == pytest.approx(reference.low, abs=0.03)
-    assert high == pytest.approx(reference.high, abs=0.03)
+@pytest.mark.parametrize("count", [6, 8, 20, 51])
+def test_the_interval_of_a_median_lies_between_values_that_the_binomial_distribution_names(
+    count: int,
+) -> None:
+    """The k-th value lies above the median with the chance of fewer than k heads."""
+    low, high = median_interval(np.random.default_rng(1).permutation(count) + 1.0)
+    assert (low, high) == (low, count + 1 - low)
+    assert binom.cdf(low - 1, count, 0.5) <= 0.025 < binom.cdf(low, count, 0.5)
 
 
-def test_a_bootstrap_interval_of_a_mean_has_the_width_of_theory() -> None:
-    values = np.random.default_rng(1).normal(0.0, 1.0, 2000)
-    low, high = bootstrap_interval(np.mean, values, 0)
-    assert high - low == pytest.approx(2 * 1.96 / np.sqrt(2000), rel=0.08)
+def test_fewer_than_six_draws_show_the_smallest_and_the_largest() -> None:
+    assert median_interval(np.array([3.0])) == (3.0, 3.0)
+    assert median_interval(np.array([3.0, np.inf, 1.0, 2.0, 4.0])) == (1.0, np.inf)
+
+
+@pytest.mark.parametrize("count", [8, 15])
+@pytest.mark.parametrize(
+    ("won", "lost"), [(0.5, 0.5), (0.8, 0.2), (0.95, 0.05), (0.05, 0.95), (0.3, 0.1), (0.1, 0.0)]
+)
+def test_the_interval_of_the_dominance_covers(count: int, won: float, lost: float) -> None:
+    """Over all that may come of the draws, each by its chance."""
+    covered = 0.0
+    for wins in range(count + 1):
+        for defeats in range(count + 1 - wins):
+            low, high = dominance_interval(wins, defeats, count)
+            if low <= won - lost <= high:
+                chance = binom.pmf(wins, count, won)
+                covered += chance * binom.pmf(defeats, count - wins, min(1.0, lost / (1.0 - won)))
+    assert covered >= 0.95
+
+
+def test_a_controller_that_won_all_draws_may_lose_one() -> None:
+    low, high = dominance_interval(8, 0, 8)
+    assert high == 1.0
+    assert 0.1 < low < 0.3
+    pair = compare_paired(np.zeros(8), np.ones(8))
+    assert (pair.dominance, pair.dominance_low, pair.dominance_high) == (1.0, low, high)
 
 
 def test_a_loss_counts_as_a_loss() -> None:
     first = np.array([1.0, np.inf, np.inf, 1.0, 1.0])
     second = np.array([2.0, 2.0, np.inf, np.inf, 0.5])
-    pair = compare_paired(first, second, 0)
+    pair = compare_paired(first, second)
     assert (pair.wins, pair.ties, pair.defeats) == (2, 1, 2)
     assert pair.dominance == 0.0
     assert pair.both_finished == 2
@@ -56,7 +78,7 @@ def test_a_loss_counts_as_a_loss() -> None:
 
 def test_losses_decide_the_median_where_they_are_the_majority() -> None:
     first, second = np.full(10, np.inf), np.linspace(1.0, 2.0, 10)
-    pair = compare_paired(first, second, 0)
+    pair = compare_paired(first, second)
     assert pair.median == np.inf
     assert pair.low == pair.high == np.inf
     assert median(np.array([1.0, 2.0, np.inf])) == 2.0
@@ -75,7 +97,7 @@ def test_a_number_that_a_controller_does_not_have_is_no_loss() -> None:
         {},
         {},
     )
-    found = medians(scores, "target_error_u_median", 0)
+    found = medians(scores, "target_error_u_median")
     assert found[0][0] == pytest.approx(0.2)
     assert np.isnan(found[1]).all()
     assert found[2][0] == np.inf
@@ -85,7 +107,7 @@ def test_a_verdict_has_its_rate_over_all_draws_and_a_lost_flight_was_not_done() 
     finished = np.array([[True], [True], [True], [False]])
     done = np.array([[1.0], [0.0], [1.0], [np.nan]])
     scores = Scores(("one",), np.arange(4), finished, finished, {"done": done}, {}, {})
-    ((rate, low, high),) = medians(scores, "done", 0)
+    ((rate, low, high),) = medians(scores, "done")
     assert rate == pytest.approx(0.5)
     assert 0.0 < low < 0.1 < 0.9 < high < 1.0
 
@@ -93,7 +115,7 @@ def test_a_verdict_has_its_rate_over_all_draws_and_a_lost_flight_was_not_done() 
 def test_paired_draws_see_what_unpaired_ones_cannot() -> None:
     rng = np.random.default_rng(3)
     draws = rng.normal(0.0, 10.0, 40)
-    pair = compare_paired(draws + 0.1 + 0.05 * rng.normal(size=40), draws, 0)
+    pair = compare_paired(draws + 0.1 + 0.05 * rng.normal(size=40), draws)
     assert 0.05 < pair.low < 0.1 < pair.high < 0.15
 
 
@@ -129,12 +151,27 @@ def test_a_region_of_failure_is_found_and_told() -> None:
 
 
 def test_no_region_is_told_where_there_is_none() -> None:
+    """However many conditions are tried: one campaign in a hundred has a region by chance."""
     rng = np.random.default_rng(7)
-    found = [
-        failure_region({"a": rng.normal(size=200)}, rng.random(200) < 0.2) is not None for _ in range(40)
-    ]
-    assert sum(found) <= 4
+    found = 0
+    for _ in range(15):
+        parameters = {f"p{i}": rng.normal(size=150) for i in range(10)}
+        found += failure_region(parameters, rng.random(150) < 0.3) is not None
+    assert found <= 1
     assert failure_region({"a": np.arange(10.0)}, np.zeros(10, dtype=bool)) is None
+    assert failure_region({}, np.arange(20) % 2 == 0) is None
+
+
+def test_a_region_by_values_that_are_names_is_found_and_the_same_each_time() -> None:
+    rng = np.random.default_rng(8)
+    surface = rng.choice(["board", "sine", "step"], 120)
+    failed = (surface == "sine") & (rng.random(120) < 0.7)
+    first, second = (
+        failure_region({"surface": surface, "other": np.arange(120.0)}, failed) for _ in range(2)
+    )
+    assert first is not None
+    assert first == second
+    assert str(first.conditions[0]) == "surface = sine"
 
 
 def test_a_bound_that_a_tighter_one_follows_is_said_once() -> None:

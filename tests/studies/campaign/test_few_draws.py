@@ -153,8 +153,7 @@ def test_a_difference_that_losses_decide_says_whose_whichever_way_the_metric_is_
     )  # fmt: skip
     costs = {key: scores.cost(key) for key in scores.metrics}
     paired = {
-        key: {("pid", "hybrid"): compare_paired(column[:, 0], column[:, 1], 0)}
-        for key, column in costs.items()
+        key: {("pid", "hybrid"): compare_paired(column[:, 0], column[:, 1])} for key, column in costs.items()
     }
     summary = Summary(scores, {}, {}, paired, {}, {}, [], [], PAPER)
     assert [line[4] for line in _pairs(summary)] == ["first lost (first lost .. first lost)"] * 2

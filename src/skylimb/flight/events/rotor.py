@@ -1,7 +1,7 @@
 """Rotors that give less thrust than they are told: one that fails, or all with a battery that sags.
 
-What an engine's rotor makes of its activation is one number, so thrust and drag torque shrink alike. The
-record's `thrusts` stay what the rotor's motor does: what is left of them is the fault's doing.
+What an engine's rotor makes of its activation is one number, so thrust and drag torque shrink alike, as with
+another thrust factor: the rotor's speed stays what its motor makes of the command.
 """
 
 from __future__ import annotations
@@ -10,10 +10,12 @@ from collections.abc import Sequence
 from dataclasses import field
 from typing import Annotated, ClassVar, Literal
 
+import mujoco
 import numpy as np
 
 from skylimb.base.keys import Key, configuration
 from skylimb.flight.events.event import Change, Event, EventContext, ModelRows, require_known, write_changes
+from skylimb.simulation.plant_tick import rotor_scales
 
 
 @configuration
@@ -62,3 +64,22 @@ class RotorChange(Event):
         fields = [("actuator_gainprm", index, 1) for index in range(len(names) - 1)]
         rows = ModelRows.untouched(context.plant.model, fields, times)
         return ModelRows(rows.places, rows.values * left[:, :1] * left[:, 1:])
+
+
+def thrust_scales(model: mujoco.MjModel, rotors: int, events: ModelRows | None) -> np.ndarray:
+    """Thrust that acts over what the lag of each rotor gives, (k, n), or (1, n) where nothing changes it.
+
+    Args:
+        model: the engine's, before take-off.
+        rotors: how many there are.
+        events: what the flight's events write into the model.
+    """
+    scales = rotor_scales(model, rotors)[None]
+    places = () if events is None else events.places
+    changed = [one for one in places if one.field == "actuator_gainprm" and one.row < rotors]
+    if events is None or not changed:
+        return scales
+    scales = np.repeat(scales, len(events.values), axis=0)
+    for place in changed:
+        scales[:, place.row] = events.values[:, place.column]
+    return scales

@@ -24,7 +24,7 @@ from skylimb.studies.campaign.folder import log_name
 from skylimb.studies.campaign.frozen import Campaign
 from skylimb.studies.campaign.points import FEW
 from skylimb.studies.campaign.rows import QUARANTINED, Row
-from skylimb.studies.campaign.statistics import Paired, fewest_draws
+from skylimb.studies.campaign.statistics import LEVEL, Paired, fewest_draws
 from skylimb.studies.campaign.statistics.sign_test import POWER
 from skylimb.studies.campaign.summary import Summary
 from skylimb.studies.campaign.who_wins import draws_needed_for, fails_where, shown_ranks, verdicts, within
@@ -82,6 +82,8 @@ def render_report(
         verdicts=verdicts(summary),
         draws_needed=draws_needed_for(summary, score),
         power=f"{POWER:.0%}",
+        ranked=len(summary.ranks),
+        false_ranking=f"{min(1.0, (1.0 - LEVEL) * len(summary.ranks)):.0%}",
         range_only=len(scores.draws) < fewest_draws(),
         flown=_flown(summary, score) if len(scores.draws) < FEW else [],
         pairs=_pairs(summary),

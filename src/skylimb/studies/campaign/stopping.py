@@ -40,6 +40,6 @@ def enough(campaign: Campaign, rows: Mapping[int, Row], draws: int) -> bool:
     columns = list(scores.cost(stop.until).T)
     # A controller alone is compared with nothing: what is left is the interval of its own median.
     pairs = list(combinations(columns, 2)) or [(columns[0], np.zeros(count))]
-    found = [compare_paired(first, second, campaign.spec.seed) for first, second in pairs]
+    found = [compare_paired(first, second) for first, second in pairs]
     widths = [0.0 if pair.low == pair.high else pair.high - pair.low for pair in found]
     return max(widths) <= stop.width

@@ -28,7 +28,7 @@ from skylimb.studies.campaign.statistics import (
     scores_of,
     success_rate,
 )
-from skylimb.studies.campaign.statistics.intervals import bootstrap_interval, median
+from skylimb.studies.campaign.statistics.intervals import median, median_interval
 
 WORST = 10
 
@@ -64,16 +64,15 @@ def summarize(campaign: Campaign, rows: Mapping[int, Row]) -> Summary:
     """Work out everything that the report shows, from the table alone."""
     scores = scores_of(campaign, rows)
     names, count = scores.controllers, len(scores.draws)
-    seed = campaign.spec.seed
     compared = ["success", *scores.ranked] if count else []
     costs = {key: scores.cost(key) for key in compared}
     return Summary(
         scores=scores,
         rates={name: success_rate(int(scores.success[:, i].sum()), count) for i, name in enumerate(names)},
-        medians={key: medians(scores, key, seed) for key in scores.metrics} if count else {},
+        medians={key: medians(scores, key) for key in scores.metrics} if count else {},
         paired={
             key: {
-                (names[a], names[b]): compare_paired(values[:, a], values[:, b], seed)
+                (names[a], names[b]): compare_paired(values[:, a], values[:, b])
                 for a, b in combinations(range(len(names)), 2)
             }
             for key, values in costs.items()
@@ -97,7 +96,7 @@ def _axes(campaign: Campaign) -> AxisNames:
     return names_of_vectors(frame.sliding_u, frame.sliding_v, frame.contact)
 
 
-def medians(scores: Scores, key: str, seed: int) -> list[tuple[float, float, float]]:
+def medians(scores: Scores, key: str) -> list[tuple[float, float, float]]:
     """Medians with their intervals; a loss enters as the bad end of the metric.
 
     A controller that finishes and never has the number (such as an error to a target that its law does not
@@ -114,7 +113,7 @@ def medians(scores: Scores, key: str, seed: int) -> list[tuple[float, float, flo
         if scores.finished[:, index].any() and np.isnan(scores.metrics[key][:, index]).all():
             found.append((np.nan, np.nan, np.nan))
             continue
-        low, high = bootstrap_interval(np.median, column, seed)
+        low, high = median_interval(column)
         low, high = (low, high) if score.sign > 0.0 else (-high, -low)
         found.append((score.sign * median(column), low, high))
     return found

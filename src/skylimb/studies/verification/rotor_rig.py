@@ -16,7 +16,7 @@ from skylimb.robots.links import Inertial, Joint, Link
 from skylimb.robots.model import Robot
 from skylimb.simulation.plant import Plant, build_plant
 from skylimb.simulation.plant_config import PlantConfig
-from skylimb.simulation.plant_tick import plant_numbers
+from skylimb.simulation.plant_tick import plant_numbers, rotor_scales
 from skylimb.simulation.surfaces import Board
 from skylimb.simulation.vehicle import actuator_function
 
@@ -102,9 +102,10 @@ class RotorRig:
         command = [np.broadcast_to(thrusts, sizes[0]).astype(float), *map(np.zeros, sizes[1:])]
         rates = data.qvel[3:].copy()  # as if it had moved like this before
         after, numbers = rates.copy(), plant_numbers(plant, PERIOD)
+        scales = rotor_scales(plant.model, sizes[0])
         drive = BoundFunction(
             actuator_function(plant, PERIOD),
-            (data.qpos, data.qvel, data.act, data.history, numbers, rates, *command),
+            (data.qpos, data.qvel, data.act, data.history, numbers, scales, rates, *command),
             (data.ctrl, data.qfrc_applied, after),
         )
         found = []

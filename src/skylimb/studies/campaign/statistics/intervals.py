@@ -1,17 +1,15 @@
-"""Confidence intervals: exact ones for rates, bootstrap ones for everything else."""
+"""Confidence intervals that cover at any number of draws, whatever the numbers are distributed like."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import functools
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.stats import binomtest, bootstrap, spearmanr
+from scipy.stats import binomtest, quantile_test, spearmanr
 
 LEVEL = 0.95
 """Of every interval that is shown."""
-
-RESAMPLES = 2000
 
 _HUGE = 1e150
 """Stands for infinity while numbers are interpolated; its square does not overflow."""
@@ -27,6 +25,7 @@ class Rate(NamedTuple):
     high: float
 
 
+@functools.lru_cache(maxsize=4096)
 def success_rate(successes: int, count: int, level: float = LEVEL) -> Rate:
     """The rate of successes with its exact (Clopper-Pearson) interval; 0 .. 1 where nothing was flown."""
     if count == 0:
@@ -35,29 +34,35 @@ def success_rate(successes: int, count: int, level: float = LEVEL) -> Rate:
     return Rate(successes, count, successes / count, float(interval.low), float(interval.high))
 
 
-def bootstrap_interval(
-    statistic: Callable[..., np.ndarray], values: np.ndarray, seed: int, level: float = LEVEL
-) -> tuple[float, float]:
-    """The percentile bootstrap interval of a statistic.
+def median_interval(values: np.ndarray, level: float = LEVEL) -> tuple[float, float]:
+    """The interval of a median between two of the ordered values: exact, whatever their distribution.
 
     Args:
-        statistic: `np.mean` or `np.median`.
-        values: (n,); infinite ones are welcome where the statistic can bear huge ones in their place.
-        seed: of the resampling. All intervals of a campaign have one, so that they rest on the same samples.
+        values: (n,); infinite ones are welcome.
+        level: of the interval.
+
+    Returns:
+        The smallest and the largest value where they are too few for an interval of this level.
+    """
+    interval: Any = quantile_test(finite(values), p=0.5).confidence_interval(level)
+    ends = (np.min(values), np.max(values)) if np.isnan([*interval]).any() else interval
+    return unbounded(ends[0]), unbounded(ends[1])
+
+
+def dominance_interval(wins: int, defeats: int, count: int, level: float = LEVEL) -> tuple[float, float]:
+    """The interval of the share of draws that are won less the share that are lost.
+
+    The exact intervals of both shares, each of a level that lets both hold together (Bonferroni).
+
+    Args:
+        wins: draws that are won.
+        defeats: draws that are lost; all others are ties.
+        count: of the draws.
         level: of the interval.
     """
-    if len(values) < 2:
-        return float(statistic(values)), float(statistic(values))
-    found: Any = bootstrap(
-        (finite(values),),
-        statistic,
-        n_resamples=RESAMPLES,
-        confidence_level=level,
-        method="percentile",
-        rng=np.random.default_rng([seed, 2]),
-    )
-    low, high = found.confidence_interval
-    return unbounded(low), unbounded(high)
+    each = 0.5 * (1.0 + level)
+    won, lost = success_rate(wins, count, each), success_rate(defeats, count, each)
+    return won.low - lost.high, won.high - lost.low
 
 
 def median(values: np.ndarray) -> float:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from skylimb.studies.campaign.statistics.intervals import bootstrap_interval, median
+from skylimb.studies.campaign.statistics.intervals import dominance_interval, median, median_interval
 from skylimb.studies.campaign.statistics.sign_test import better, draws_needed
 
 
@@ -15,14 +15,14 @@ class Paired(NamedTuple):
 
     Attributes:
         median: of the differences first less second; infinite where losses decide it.
-        low: end of its bootstrap interval.
-        high: end of its bootstrap interval.
+        low: end of its interval.
+        high: end of its interval.
         wins: draws in which the first is better.
         ties: draws in which they are equal; both lost is equal.
         defeats: draws in which the second is better.
         dominance: (wins - defeats) / draws, from -1 to 1: an effect size that losses enter as they are.
-        dominance_low: end of its bootstrap interval.
-        dominance_high: end of its bootstrap interval.
+        dominance_low: end of its interval.
+        dominance_high: end of its interval.
         standardized: mean over standard deviation of the differences, over the draws that both finished; NaN
             where there are fewer than two or they are all equal.
         both_finished: how many draws that is.
@@ -45,25 +45,23 @@ class Paired(NamedTuple):
     draws_to_tell: float
 
 
-def compare_paired(first: np.ndarray, second: np.ndarray, seed: int) -> Paired:
+def compare_paired(first: np.ndarray, second: np.ndarray) -> Paired:
     """Compare two controllers' costs (smaller is better, a loss is infinite) over paired draws.
 
     Args:
         first: (n,).
         second: (n,).
-        seed: of the intervals.
     """
     difference = np.zeros(len(first))
     np.subtract(first, second, out=difference, where=first != second)
     sign = np.sign(-difference)
-    low, high = bootstrap_interval(np.median, difference, seed)
-    dominance_low, dominance_high = bootstrap_interval(np.mean, sign, seed)
+    wins, ties, defeats = (int(np.sum(sign == value)) for value in (1.0, 0.0, -1.0))
     both = difference[np.isfinite(first) & np.isfinite(second)]
     spread = float(np.std(both, ddof=1)) if len(both) > 1 else 0.0
     return Paired(
-        median(difference), low, high,
-        int(np.sum(sign > 0)), int(np.sum(sign == 0)), int(np.sum(sign < 0)),
-        float(np.mean(sign)), dominance_low, dominance_high,
+        median(difference), *median_interval(difference),
+        wins, ties, defeats,
+        float(np.mean(sign)), *dominance_interval(wins, defeats, len(sign)),
         float(np.mean(both)) / spread if spread > 0.0 else float("nan"), len(both),
         better(first, second), draws_needed(first, second),
     )  # fmt: skip

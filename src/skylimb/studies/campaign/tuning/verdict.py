@@ -106,7 +106,6 @@ def judge(
     found = {name: min(trials[name], key=lambda trial: trial.cost) for name in campaign.names}
     sets = [(name, gains, draws) for name in campaign.names for gains in (found[name].gains, starts[name])]
     flown = fly_gains(queue, sets)
-    seed = campaign.spec.seed
     tuned, columns = {}, []
     for index, name in enumerate(campaign.names):
         after, before = flown[2 * index], flown[2 * index + 1]
@@ -117,7 +116,7 @@ def judge(
             found[name].gains,
             found[name].cost,
             len(trials[name]),
-            compare_paired(columns[-1], costs(campaign, before, search), seed),
+            compare_paired(columns[-1], costs(campaign, before, search)),
             (_successes(campaign, after), _successes(campaign, before)),
         )
     ranks = rank(np.column_stack(columns))
