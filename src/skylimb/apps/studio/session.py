@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 from skylimb.apps.studio.branching_flights import RESTARTED, BranchingFlights
 from skylimb.apps.studio.changes import with_push
-from skylimb.apps.studio.controls import IN_FLIGHT, PREFIX, values_of
+from skylimb.apps.studio.controls import IN_FLIGHT, values_of
 from skylimb.apps.studio.drawings import keep_drawing, strokes_as_svg
 from skylimb.apps.studio.flight_setup import FlightSetup
-from skylimb.apps.studio.good_gains import good_gains
 from skylimb.apps.studio.key_edits import Edit, as_value, back_edit, key_edit, values_at_takeoff
 from skylimb.apps.studio.live_flight import LiveFlight
+from skylimb.apps.studio.presets import Presets, names_of
 from skylimb.apps.studio.surface_edits import (
     surface_change,
     with_surface,
@@ -45,7 +45,7 @@ class Session(BranchingFlights):
 
     Attributes:
         offered: the controllers that a page may name, by the name that it has for each.
-        preset: what every key was when these controllers were chosen, by key and flight; None for all.
+        preset: what every key is as long as nobody changes it, by key and flight; None for all.
     """
 
     def __init__(
@@ -57,14 +57,16 @@ class Session(BranchingFlights):
         out: str | Path = "studio",
     ) -> None:
         setup = FlightSetup(experiment, tuple(controllers) or (None,), seed, dict(set or {}))
+        self._keys, self._presets = setup.keys, Presets(setup.keys)
         super().__init__(setup)
         self.out = Path(out)
         self._reports: list[KeptFlights] = []
-        self.preset = values_at_takeoff(self.live)
-        self._keys = self.live.setup.keys
-        own = zip(self.live.setup.controllers, self.live.flights, strict=True)
-        self.offered = {name_of(given, flight): given for given, flight in own}
+        self.offered = dict(zip(self.flown, setup.controllers, strict=True))
         self.offered |= {name: name for name in list_controllers() if name not in self.offered}
+
+    def _begin(self, setup: FlightSetup) -> None:
+        super()._begin(setup)
+        self.preset = self._presets.of(self.live)
 
     def controls(self) -> list[dict[str, Any]]:
         """Every gain and key as a control (`controls_of`), with its `preset`: one for each flight."""
@@ -79,8 +81,7 @@ class Session(BranchingFlights):
     @property
     def flown(self) -> list[str]:
         """The controllers that fly, by the names under which they are offered."""
-        given = zip(self.live.setup.controllers, self.live.flights, strict=True)
-        return [name_of(one, flight) for one, flight in given]
+        return names_of(self.live)
 
     # What people do.
 
@@ -168,7 +169,7 @@ class Session(BranchingFlights):
         self._begin_again(self._setup_now(), "")
 
     def set_controllers(self, controllers: Sequence[str | Controller]) -> None:
-        """Fly these controllers beside each other, from take-off, with their own gains.
+        """Fly these controllers beside each other, from take-off; one that stays keeps its gains.
 
         Args:
             controllers: those that are offered by their names, or others.
@@ -177,15 +178,13 @@ class Session(BranchingFlights):
             self.offered.get(one, one) if isinstance(one, str) else one
             for one in controllers or (DEFAULT_CONTROLLER,)
         )
-        self._begin_again(replace(self.live.setup, controllers=given, gains=()), "", "other controllers")
-        self._good = None
-        gains = {at: value for at, value in values_at_takeoff(self.live).items() if at[0].startswith(PREFIX)}
-        self.preset = {at: value for at, value in self.preset.items() if at[1] is None} | gains
+        self._begin_again(self._setup_now().with_controllers(given), "", "other controllers")
 
     def recover(self) -> None:
         """Take off again with the last gains that flew well (`good_gains`), else with those of the preset."""
-        gains = good_gains(self.live) or self._good or ()
-        self._begin_again(replace(self.live.setup, gains=gains), "the last good gains")
+        good, setup = self._good_now(), self.live.setup
+        gains = good.with_controllers(setup.controllers).gains if good else ()
+        self._begin_again(replace(setup, gains=gains), "the last good gains")
 
     def keep(self, name: str = "") -> KeptFlights:
         """Keep the flights so far in a folder below `out`; see `keeping.keep`. They go on."""
@@ -245,8 +244,3 @@ class Session(BranchingFlights):
     def _setup_now(self) -> FlightSetup:
         """What is flown, with the gains as they have become."""
         return replace(self.live.setup, gains=self.live.gains())
-
-
-def name_of(given: str | Controller | None, flight: LiveFlight) -> str:
-    """The name under which a controller is offered: as it was given, else its own."""
-    return given if isinstance(given, str) else flight.takeoff.controller.name
