@@ -237,3 +237,18 @@ def test_at_most_two_controllers_fly_beside_each_other(session, tmp_path):
     with pytest.raises(ConfigError, match="at most 2"):
         session.set_controllers(controllers)
     assert session.flown == ["hybrid", "pid"]
+
+
+def test_what_is_done_to_a_flight_that_is_over_is_refused_and_no_act(session):
+    while session.advance(200):
+        pass
+    before = session.branches
+    for act in (
+        lambda: session.poke("link4", [0.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
+        lambda: session.surface(friction=0.9),
+        lambda: session.surface(present=False),
+    ):
+        with pytest.raises(ConfigError, match=r"the flight is over; take off again \(R\)"):
+            act()
+    session.release()
+    assert session.branches == before

@@ -135,10 +135,16 @@ class Keep(Command, tag="keep", frozen=True):
 
 
 class Draw(Command, tag="draw", frozen=True):
-    """Draw strokes, (u, v) in m on the surface, or an SVG's text; the flight takes off again with it."""
+    """Draw strokes, (u, v) in m on the surface, or an SVG (its text, and its file's name), or words.
+
+    The flight takes off again with it.
+    """
 
     strokes: Annotated[list[list[tuple[Metres, Metres]]], Meta(max_length=400)] | None = None
     svg: Annotated[str, Meta(max_length=LONGEST)] | None = None
+    name: Annotated[str, Meta(max_length=200)] = "drawing.svg"
+    text: Annotated[str, Meta(min_length=1, max_length=400)] | None = None
+    font: Annotated[str, Meta(max_length=40)] = ""
 
 
 class Scores(Command, tag="scores", frozen=True):
@@ -187,7 +193,7 @@ def read_command(message: str | bytes) -> Any:
 
 
 def _check_drawing(command: Draw) -> None:
-    if (command.strokes is None) == (command.svg is None):
-        raise ConfigError("a drawing is either strokes or an SVG")
+    if sum(one is not None for one in (command.strokes, command.svg, command.text)) != 1:
+        raise ConfigError("a drawing is either strokes, or an SVG, or words")
     if command.strokes is not None and sum(map(len, command.strokes)) > _MOST_POINTS:
         raise ConfigError(f"a drawing has at most {_MOST_POINTS} points")

@@ -72,7 +72,11 @@ class FlightThread:
                 c.position, c.tilt, c.friction, c.stiffness, c.present
             ),
             messages.Keep: lambda c: session.keep(c.name),
-            messages.Draw: lambda c: session.draw(c.strokes if c.svg is None else c.svg),
+            messages.Draw: lambda c: (
+                session.draw(c.strokes if c.svg is None else c.svg, c.name)
+                if c.text is None
+                else session.write(c.text, c.font)
+            ),
             messages.Controllers: lambda c: self._set_controllers(c.names),
             messages.Scores: lambda _: say("scores", session.scores()),
         }

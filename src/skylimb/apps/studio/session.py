@@ -7,19 +7,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from skylimb.apps.studio.branching_flights import RESTARTED, BranchingFlights
+from skylimb.apps.studio.branching_flights import RESTARTED
 from skylimb.apps.studio.changes import with_push
 from skylimb.apps.studio.controls import IN_FLIGHT, values_of
-from skylimb.apps.studio.drawings import keep_drawing, strokes_as_svg
+from skylimb.apps.studio.drawing_flights import DrawingFlights
 from skylimb.apps.studio.flight_setup import FlightSetup
-from skylimb.apps.studio.key_edits import Edit, as_value, back_edit, key_edit, values_at_takeoff
+from skylimb.apps.studio.key_edits import Edit, as_value, back_edit, key_edit
 from skylimb.apps.studio.live_flight import LiveFlight
 from skylimb.apps.studio.presets import Presets, names_of
 from skylimb.apps.studio.surface_edits import (
     surface_change,
     with_surface,
 )
-from skylimb.base.errors import SkylimbError
+from skylimb.base.errors import ConfigError
 from skylimb.control.controller import Controller
 from skylimb.flight.events import Push, SurfaceChange
 from skylimb.flight.experiments.experiment import Experiment
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from skylimb.apps.studio.keeping import KeptFlights
 
 
-class Session(BranchingFlights):
+class Session(DrawingFlights):
     """One live flight, or two, of one experiment, in lockstep; one thread calls it.
 
     A method that is handed a value that cannot be raises a `SkylimbError`, and nothing has changed then.
@@ -57,9 +57,8 @@ class Session(BranchingFlights):
         out: str | Path = "studio",
     ) -> None:
         setup = FlightSetup(experiment, tuple(controllers) or (None,), seed, dict(set or {}))
-        self._keys, self._presets = setup.keys, Presets(setup.keys)
-        super().__init__(setup)
-        self.out = Path(out)
+        self._presets = Presets(setup.keys)
+        super().__init__(setup, Path(out))
         self._reports: list[KeptFlights] = []
         self.offered = dict(zip(self.flown, setup.controllers, strict=True))
         self.offered |= {name: name for name in list_controllers() if name not in self.offered}
@@ -98,8 +97,7 @@ class Session(BranchingFlights):
 
     def back(self, to_preset: bool, key: str | None = None) -> None:
         """Bring a key, or every key, back to what it was at take-off or before anybody changed it here."""
-        to, words = (self.preset, "the preset") if to_preset else (values_at_takeoff(self.live), "take-off")
-        self._do(back_edit(self.live, to, self._keys, key, words), "")
+        self._do(back_edit(self.live, self.preset if to_preset else None, self.begun_with, key), "")
 
     def _do(self, edit: Edit, kind: str) -> str:
         """Fly on with a change of keys, or take off anew with it."""
@@ -112,6 +110,7 @@ class Session(BranchingFlights):
 
     def poke(self, link: str, point: Sequence[float], force: Sequence[float]) -> None:
         """Push with a force (N, W) at a point (m) of a link, in its axes, until it is changed or released."""
+        self._require_going()
         if not any(force):
             self.release()
             return
@@ -161,8 +160,13 @@ class Session(BranchingFlights):
         self._change_surface(surface_change(self.live.time, shown.experiment, position, tilt, **material))
 
     def _change_surface(self, change: SurfaceChange) -> None:
+        self._require_going()
         going = {one: with_surface(one.experiment, change) for one in self.live.going}
         self._branch(going, change.words, f"surface {sorted(change.changed)}")
+
+    def _require_going(self) -> None:
+        if self.live.over:
+            raise ConfigError("the flight is over; take off again (R)")
 
     def restart(self) -> None:
         """Fly again from take-off; gains keep what they were changed to, pushes and moves are left out."""
@@ -195,30 +199,6 @@ class Session(BranchingFlights):
         self._tell("kept", folder=str(kept.folder), commands=kept.commands)
         return kept
 
-    def draw(self, drawing: str | Sequence[Sequence[Sequence[float]]]) -> Path:
-        """Draw on the surface, from take-off.
-
-        Args:
-            drawing: the text of an SVG file, in the size and at the place that the experiment's path has; or
-                strokes of points (u, v) in the surface's axes, m, drawn where they are.
-
-        Returns:
-            The SVG file that was kept.
-        """
-        takeoff, keys = self.live.flights[0].takeoff, dict[str, Any]()
-        if isinstance(drawing, str):
-            svg = drawing
-        else:
-            svg, keys = strokes_as_svg(drawing, takeoff.experiment.surface, takeoff.mission.frame)
-        path = keep_drawing(svg, self.out)
-        keys |= {"trajectory.shape": "drawing", "trajectory.file": str(path.resolve()), "trajectory.text": ""}
-        try:
-            self._begin_again(self._setup_now().with_keys(keys), "a new drawing")
-        except SkylimbError:
-            path.unlink()
-            raise
-        return path
-
     def poll(self) -> None:
         """Look after what goes on beside the flights: edited files of controllers, reports, a full disk.
 
@@ -238,9 +218,3 @@ class Session(BranchingFlights):
             names = ", ".join(edited)
             flying = f"What flies is {names} as it was at {self._begun:%H:%M:%S}."
             self._try(None, lambda: self._begin_again(self._setup_now(), f"{names} was edited"), flying)
-
-    # How it is done.
-
-    def _setup_now(self) -> FlightSetup:
-        """What is flown, with the gains as they have become."""
-        return replace(self.live.setup, gains=self.live.gains())
