@@ -103,8 +103,12 @@ class BranchingFlights:
         self.branches = self.branches.acted(before, words, kind)
 
     def scores(self) -> dict[str, Any]:
-        """The scores so far (`LiveFlights.scores`), and of what: the branch `here`, `until` a time, s."""
-        return {**self.live.scores(), "here": self.branches.here, "until": self.live.time}
+        """The scores so far (`LiveFlights.scores`), and of what: the branch `here`, `until` a time, s.
+
+        `over` says whether there is no more to come.
+        """
+        of = {"here": self.branches.here, "until": self.live.time, "over": self.live.over}
+        return {**self.live.scores(), **of}
 
     def rewind(self, time: float) -> None:
         """Go back to a time (s); what comes then is flown anew, without what people did from that time on."""

@@ -57,10 +57,24 @@ class Restart(Command, tag="restart", frozen=True):
     """Take off again."""
 
 
+class Change(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What a key of the experiment, or a gain of one flight or of all that have it, is to be.
+
+    Attributes:
+        entry: the one that is meant, of a vector; the others stay.
+    """
+
+    key: KeyName
+    value: Value
+    flight: FlightNumber | None = None
+    entry: Annotated[int, Meta(ge=0, le=63)] | None = None
+
+
 class Rewind(Command, tag="rewind", frozen=True):
-    """Go back to a time (s) and fly on from there."""
+    """Go back to a time (s) and fly on from there, with changes that act from then on."""
 
     time: Annotated[float, Meta(ge=0.0, le=1e5)]
+    changes: Annotated[list[Change], Meta(max_length=200)] = []
 
 
 class Undo(Command, tag="undo", frozen=True):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import math
 import queue
+import secrets
 import time
 from collections.abc import Callable
 from typing import Any
@@ -48,6 +49,7 @@ class FlightThread:
         self._session, self._say = session, say
         self.pacing = Pacing(session.live.period)
         session.say = self._happened
+        self._name = secrets.token_hex(8)  # by which a page knows that another studio answers
         self._commands: queue.Queue[Any] = queue.Queue(_MOST_WAITING)
         self._stopped = self.paused = False
         self._state: dict[str, Any] = {}
@@ -59,7 +61,9 @@ class FlightThread:
             messages.Pause: lambda c: self._pause(c.paused),
             messages.Speed: lambda c: setattr(self.pacing, "speed", c.times),
             messages.Restart: lambda _: session.restart(),
-            messages.Rewind: lambda c: session.rewind(c.time),
+            messages.Rewind: lambda c: session.rewind(
+                c.time, [(one.key, one.value, one.flight, one.entry) for one in c.changes]
+            ),
             messages.Undo: lambda _: session.undo(),
             messages.Redo: lambda _: session.redo(),
             messages.Jump: lambda c: session.jump(c.branch),
@@ -156,6 +160,7 @@ class FlightThread:
         self._number += 1
         scene = {
             "number": self._number,
+            "studio": self._name,
             "scene": session.live.scene(),
             "controls": session.controls(),
             "controllers": list(session.offered),

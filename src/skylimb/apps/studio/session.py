@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,7 +19,7 @@ from skylimb.apps.studio.surface_edits import (
     surface_change,
     with_surface,
 )
-from skylimb.base.errors import ConfigError
+from skylimb.base.errors import ConfigError, SkylimbError
 from skylimb.control.controller import Controller
 from skylimb.flight.events import Push, SurfaceChange
 from skylimb.flight.experiments.experiment import Experiment
@@ -94,6 +94,21 @@ class Session(DrawingFlights):
             "in flight" or "restarted".
         """
         return self._do(key_edit(self.live, key, value, flight, entry), f"{key} {flight}")
+
+    def rewind(self, time: float, changes: Iterable[tuple[str, Any, int | None, int | None]] = ()) -> None:
+        """Go back to a time (s), and fly on from there with changes, without what came after it.
+
+        Args:
+            time: since take-off, s.
+            changes: each as `set_key` takes it.
+        """
+        super().rewind(time)
+        try:
+            for change in changes:
+                self.set_key(*change)
+        except SkylimbError:
+            self.undo()
+            raise
 
     def back(self, to_preset: bool, key: str | None = None) -> None:
         """Bring a key, or every key, back to what it was at take-off or before anybody changed it here."""
