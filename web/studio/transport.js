@@ -22,7 +22,7 @@ export class Transport {
     this.speed = element("input", { type: "range", min: 0, max: 1, step: 0.005, value: toPart(1), id: "speed", "aria-label": "Speed, 0.1 to 20 times" });
     this.speed.addEventListener("input", () => {
       const speed = round(toSpeed(Number(this.speed.value)));
-      this.#say(speed);
+      this.#tell(speed); // the slider stays where the hand is: a key's step is smaller than the rounding
       say(speed);
     });
     this.speed.addEventListener("dblclick", () => { this.#say(1); say(1); });
@@ -43,6 +43,10 @@ export class Transport {
 
   #say(speed) {
     this.speed.value = toPart(speed);
+    this.#tell(speed);
+  }
+
+  #tell(speed) {
     this.wished.textContent = `${speed}×`;
     this.speed.setAttribute("aria-valuetext", `${speed} times`);
   }
@@ -51,8 +55,9 @@ export class Transport {
   branch() {
     const { studio } = this;
     if (studio.looking === null) return;
-    studio.say("rewind", { time: studio.looking });
+    if (!studio.say("rewind", { time: studio.looking, changes: studio.pending })) return;
     studio.say("pause", { paused: false });
+    studio.pending = [];
     studio.look(null);
   }
 
