@@ -190,7 +190,7 @@ export class Charts {
     if (!frames.length) return;
     // What is looked at is in the middle, where it is too old to be seen beside what flies now.
     const latest = Math.min(this.past.end, this.looking === null ? Infinity : Math.max(this.looking + SPAN / 2, start + SPAN));
-    const [begin, end] = this.zoomed ?? (this.whole ? [start, this.past.end] : [Math.max(0, Math.min(start, latest - 5), latest - SPAN), latest]);
+    const [begin, end] = this.zoomed ?? (this.whole ? [start < 1 ? 0 : start, this.past.end] : [Math.max(0, Math.min(start, latest - 5), latest - SPAN), latest]);
     const rows = frames.slice(this.past.index(begin), this.past.index(end) + 1), times = rows.map((frame) => Number((frame[0] - this.period).toFixed(4)));
     for (const { plot, curves, holder } of this.charts) {
       if (!this.#seen(holder)) continue;

@@ -43,7 +43,8 @@ export class DrawingTool {
     const poor = (law?.flights ?? []).filter((_, i) => !DRAWING.includes(law.values[i])).map((flight) => flights[flight].controller);
     this.best.hidden = !poor.length || !offered.includes(BEST);
     const names = offered.length && [...new Set(this.studio.state.controllers?.map((name) => (poor.includes(name) ? BEST : name)))];
-    this.best.replaceChildren(`${poor.join(" and ")} may miss where a stroke begins: it does not feel for the surface there. ${BEST} does. `,
+    const code = (name) => element("code", {}, name);
+    this.best.replaceChildren(...poor.flatMap((name, i) => (i ? [" and ", code(name)] : [code(name)])), " may miss where a stroke begins, as nothing feels for the surface there. ", code(BEST), " does. ",
       button(`Fly ${BEST}`, {}, () => this.studio.say("controllers", { names: names.length ? names : [BEST] })));
   }
 

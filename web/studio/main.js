@@ -23,8 +23,8 @@ const MODES = [
   ["surface", "Surface", "Drag the surface"],
   ["draw", "Draw", "Draw on the surface"],
 ];
-const OF_A_FLIGHT = ["poke", "surface"]; // what is done to a flight that goes on
-const OF_NOW = ["poke", "surface", "back"]; // what is done to the flight at its latest moment, which must be seen
+const OF_A_FLIGHT = ["poke", "surface", "step"]; // what is done to a flight that goes on
+const OF_NOW = ["poke", "surface", "back", "step"]; // what is done to the flight at its latest moment, which must be seen
 const LASTING = 60000; // ms for which a note is seen that tells of a loss
 const find = (id) => document.getElementById(id);
 
@@ -180,7 +180,7 @@ class Studio {
     this.charts.begin(flights, layout, scene.period);
     this.controls.show(controls, flights.map(({ name }) => name));
     this.poke.begin(linksOf(flights[0]));
-    this.surfaceTool.begin(controls);
+    this.surfaceTool.begin(controls, flights[0].frame.axes);
     this.drawingTool.begin(controls, flights, controllers);
     this.shell.offer(controllers);
     this.shell.forgetScores();
@@ -297,7 +297,7 @@ class Studio {
     canvas.addEventListener("keydown", (event) => {
       if (this.mode === "poke" && this.poke.key(event)) return event.preventDefault();
       const act = {
-        " ": () => this.transport.toggle(), r: () => this.say("restart"), u: () => this.say("undo"),
+        " ": () => this.transport.toggle(), ".": () => this.say("step"), r: () => this.say("restart"), u: () => this.say("undo"),
         1: () => this.setMode("look"), 2: () => this.setMode("poke"), 3: () => this.setMode("surface"), 4: () => this.setMode("draw"),
         ArrowLeft: () => this.sceneView?.turn(-0.1, 0), ArrowRight: () => this.sceneView?.turn(0.1, 0),
         ArrowUp: () => this.sceneView?.turn(0, 0.1), ArrowDown: () => this.sceneView?.turn(0, -0.1),

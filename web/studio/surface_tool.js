@@ -10,13 +10,14 @@ const PLACE = ["x", "y", "z"], TILT = ["slope", "pitch"];
 
 const SLIDERS = [
   ["x", "Forward, x", "m", -0.5, 0.5, 0.005], ["y", "Left, y", "m", -0.5, 0.5, 0.005], ["z", "Up, z", "m", -0.5, 0.5, 0.005],
-  ["slope", "Turn about v", "rad", -0.5, 0.5, 0.005], ["pitch", "Turn about u", "rad", -0.5, 0.5, 0.005],
+  ["slope", "Slope", "rad", -0.5, 0.5, 0.005], ["pitch", "Pitch", "rad", -0.5, 0.5, 0.005],
 ];
 
 export class SurfaceTool {
   constructor(studio, panel) {
     this.studio = studio;
     this.inputs = {};
+    this.along = {}; // where a name says along which axis of the picture
     this.values = { x: 0, y: 0, z: 0, slope: 0, pitch: 0 };
     this.touched = {}; // what a hand has changed and not said yet
     this.held = 0;
@@ -37,7 +38,7 @@ export class SurfaceTool {
         this.#touch(name, Number(field.value));
       });
       this.inputs[name](0);
-      return element("div", { class: "key" }, element("label", { for: `surface-${name}` }, text, element("span", { class: "unit" }, ` ${unit}`)),
+      return element("div", { class: "key" }, element("label", { for: `surface-${name}` }, text, this.along[name] = element("span"), element("span", { class: "unit" }, ` ${unit}`)),
         element("div", { class: "number" }, slider, field));
     };
     this.send = seldom(PERIOD, () => this.#say());
@@ -59,8 +60,10 @@ export class SurfaceTool {
       this.why, this.parts);
   }
 
-  /** A new take-off; the surface's keys are among the controls. Moves are counted from where it is then. */
-  begin(controls) {
+  /** A new take-off; the surface's keys are among the controls, the axes are those of contact and path. Moves are counted from where it is then. */
+  begin(controls, [, u, v]) {
+    this.along.slope.textContent = `: recedes along ${u.name}`;
+    this.along.pitch.textContent = `: recedes along ${v.name}`;
     const found = (key, usual) => controls.find((control) => control.key === `surface.${key}`)?.value ?? usual;
     this.first = { position: found("position", [0, 0, 0]), slope: found("slope", 0), pitch: found("pitch", 0), friction: found("friction", 0), stiffness: found("stiffness", 5000) };
   }

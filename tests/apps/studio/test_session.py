@@ -278,7 +278,8 @@ def test_a_branch_takes_changes_along_from_its_beginning(session):
     session.advance(100)
     session.rewind(0.3, [(gain, 1.5, 0, 1), (gain, 1.6, 0, 2)])
     (change,) = of_kind(session.live.flights[0].experiment, GainChange)
-    assert (change.time, change.value[1:]) == (pytest.approx(0.3), (1.5, 1.6))
+    assert change.time == pytest.approx(0.3)
+    assert list(np.ravel(change.value)[1:]) == [1.5, 1.6]
     session.advance(10)
     with pytest.raises(SkylimbError):
         session.rewind(0.2, [(gain, -1.0, 0, 0)])

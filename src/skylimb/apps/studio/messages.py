@@ -53,6 +53,10 @@ class Speed(Command, tag="speed", frozen=True):
     times: Annotated[float, Meta(ge=0.1, le=20.0)]
 
 
+class Step(Command, tag="step", frozen=True):
+    """Fly one tick of a flight that is paused."""
+
+
 class Restart(Command, tag="restart", frozen=True):
     """Take off again."""
 
@@ -176,8 +180,8 @@ class Got(Command, tag="got", frozen=True):
 
 
 Commands = (
-    Pause | Speed | Restart | Rewind | Undo | Redo | Jump | Set | Back | Recover | Poke | Release | Surface
-    | Controllers | Keep | Draw | Scores | TakeOver | Got
+    Pause | Speed | Step | Restart | Rewind | Undo | Redo | Jump | Set | Back | Recover | Poke | Release
+    | Surface | Controllers | Keep | Draw | Scores | TakeOver | Got
 )  # fmt: skip
 
 OF_A_STATE = (Rewind, Jump, Set, Back, Surface)

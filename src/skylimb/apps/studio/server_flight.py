@@ -60,6 +60,7 @@ class FlightThread:
         self._acts: dict[type, Callable[[Any], object]] = {
             messages.Pause: lambda c: self._pause(c.paused),
             messages.Speed: lambda c: setattr(self.pacing, "speed", c.times),
+            messages.Step: lambda _: self._step(),
             messages.Restart: lambda _: session.restart(),
             messages.Rewind: lambda c: session.rewind(
                 c.time, [(one.key, one.value, one.flight, one.entry) for one in c.changes]
@@ -199,6 +200,11 @@ class FlightThread:
     def _pause(self, paused: bool) -> None:
         self.paused = paused
         self.pacing.restart()
+
+    def _step(self) -> None:
+        if not self.paused:
+            raise ConfigError("a flight is flown tick by tick while it is paused")
+        self._session.advance(1)
 
     def _set_controllers(self, names: list[str]) -> None:
         for name in names:

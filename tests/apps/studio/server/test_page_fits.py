@@ -80,13 +80,27 @@ def test_a_value_out_of_range_stays_with_its_reason_until_it_is_left(
     assert flown_gain(studio.session, GAIN)[0] > 0.0
 
 
+def test_a_paused_flight_goes_on_by_a_tick(page: sync_api.Page, studio: Any) -> None:
+    page.locator("#picture canvas").press(".")
+    page.locator("#notes").get_by_text("tick by tick while it is paused").wait_for()
+    page.get_by_role("button", name="Pause").click()
+    until(page, "skylimbStudio.state.paused")
+    time, period = studio.session.live.time, studio.session.live.period
+    page.locator("#picture canvas").press(".")
+    wait_for(lambda: studio.session.live.time > time)
+    page.get_by_role("button", name="One tick").click()
+    wait_for(lambda: studio.session.live.time == pytest.approx(time + 2 * period))
+    until(page, f"document.querySelector('.time').textContent === '{time + 2 * period:.3f} s'")
+    page.get_by_role("button", name="Go on", exact=True).click()
+
+
 @pytest.mark.parametrize("size", [(1400, 900), (933, 600), (1100, 700), (390, 844)])
 def test_buttons_in_the_picture_lie_apart(page: sync_api.Page, size: tuple[int, int]) -> None:
     page.set_viewport_size({"width": size[0], "height": size[1]})
     until(page, "new Promise((done) => setTimeout(() => done(true), 200))")
     boxes = page.evaluate(
         "() => [...document.querySelectorAll('#modes, #views')].map((one) => {"
-        " const { left, top, width, height } = one.getBoundingClientRect(); return [left, top, width, height]; })"
+        " const box = one.getBoundingClientRect(); return [box.left, box.top, box.width, box.height]; })"
     )
     page.set_viewport_size({"width": 1000, "height": 800})
     assert overlapping(boxes) == []
