@@ -14,6 +14,19 @@ export function numberAt(tip, camera, pixels) {
   return [-seen.x / seen.z - 1.1 * NUMBER[0] * part, -seen.y / seen.z + 0.3 * NUMBER[1] * part, ...NUMBER.map((size) => size * part)];
 }
 
+/** Where a place is seen, in parts of the distance. */
+function seenAt(place, camera) {
+  const { x, y, z } = place.applyMatrix4(camera.matrixWorldInverse);
+  return [-x / z, -y / z];
+}
+
+/** How far a label may step aside: one of an axis stays within half of its axis, as it would name another one there. */
+function reachOf(label, camera) {
+  if (!label.userData.axis) return Infinity;
+  const [[a, b], [c, d]] = label.userData.axis.map((end) => seenAt(label.parent.localToWorld(end.clone()), camera));
+  return Math.hypot(c - a, d - b) / 2;
+}
+
 /** Put labels (the most important first) where they lie neither on each other nor on what is `taken`. */
 export function spread(labels, camera, taken) {
   const place = new Vector3();
@@ -22,7 +35,8 @@ export function spread(labels, camera, taken) {
     if (place.z >= 0) continue; // behind who looks
     const [x, y] = [-place.x / place.z, -place.y / place.z], { x: w, y: h } = label.scale;
     const box = ([right, up], more = 0) => [x + (right - 0.5) * w - more, y + (up - 0.5) * h - more, w + 2 * more, h + 2 * more];
-    const free = (step, more) => taken.every((other) => apart(box(step, more), other));
+    const reach = reachOf(label, camera), near = ([right, up]) => Math.hypot(right * w, up * h) <= reach;
+    const free = (step, more) => near(step) && taken.every((other) => apart(box(step, more), other));
     const before = label.userData.step ?? STEPS[0];
     const step = free(STEPS[0], before === STEPS[0] ? 0 : AT_HOME * h) ? STEPS[0] : [before, ...STEPS.slice(1)].find((one) => one !== STEPS[0] && free(one));
     label.material.opacity = step ? 1 : 0;

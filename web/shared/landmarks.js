@@ -48,8 +48,10 @@ function triad(axes, length) {
   axes.forEach(({ name, vector, inward }, i) => {
     const arrow = makeArrow(AXES[i], 0.006), along = new Vector3(...vector).multiplyScalar(length), from = inward ? along.clone().negate() : new Vector3();
     aim(arrow, from, along);
-    const place = inward ? from.addScaledVector(new Vector3(...axes[2].vector), -0.9 * length) : along.multiplyScalar(1.2);
-    group.add(arrow, label(name, AXES[i], place));
+    const axis = [from, along.clone().add(from)], place = inward ? from.clone().multiplyScalar(1.2) : along.multiplyScalar(1.2);
+    const named = label(name, AXES[i], place);
+    named.userData.axis = axis;
+    group.add(arrow, named);
   });
   return group;
 }

@@ -22,16 +22,17 @@ function save(href, name) {
 
 export class Charts {
   constructor(holder, past) {
-    Object.assign(this, { holder, past, charts: [], zoomed: null, looking: null });
+    Object.assign(this, { holder, past, charts: [], zoomed: null, whole: false, looking: null });
     this.chosen = JSON.parse(sessionStorage.getItem(KEPT) ?? "[]"); // charts that were added: {signals, pinned}, or {title, pinned, gone} of others
     this.search = element("input", { type: "search", placeholder: "Add a chart: force, attitude, thrusts …", "aria-label": "Add a signal's chart", autocomplete: "off", spellcheck: "false" });
     this.into = element("select", { "aria-label": "Into which chart" });
     this.found = element("div", { class: "found", hidden: true });
     this.follow = button("Follow the flight", { hidden: true, title: "Double-click in a chart does it, too" }, () => this.zoom(null));
+    this.all = button("Whole flight", { title: "From take-off to now" }, () => this.zoom(null, true));
     this.grid = element("div", { class: "grid" });
     this.search.addEventListener("input", () => this.#list());
     this.search.addEventListener("keydown", ({ key }) => { if (key === "Escape") { this.search.value = ""; this.#list(); } });
-    holder.append(element("div", { class: "choose" }, this.search, this.into, this.follow, this.found), this.grid);
+    holder.append(element("div", { class: "choose" }, this.search, this.into, this.follow, this.all, this.found), this.grid);
     new ResizeObserver(() => this.#resize()).observe(holder);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.flights && this.begin(this.flights, this.layout, this.period));
   }
@@ -132,8 +133,8 @@ export class Charts {
     const title = units.length === 1 && units[0] ? `${chart.title} (${units[0]})` : chart.title;
     const tools = element("div", { class: "tools" },
       button(chart.pinned ? "★" : "☆", { "aria-label": `${chart.title}: keep in front`, "aria-pressed": Boolean(chart.pinned), title: "Keep in front" }, () => this.#choose(chart, { pinned: !chart.pinned })),
-      button("PNG", { "aria-label": `${chart.title} as a picture` }, () => this.#picture(made)),
-      button("CSV", { "aria-label": `${chart.title} as a table` }, () => this.#table(made)),
+      button("PNG", { "aria-label": `${chart.title} as a picture`, title: "The time that is shown" }, () => this.#picture(made)),
+      button("CSV", { "aria-label": `${chart.title} as a table`, title: "The time that is shown, as often as the page was told of it; Keep writes every tick" }, () => this.#table(made)),
       button("×", { "aria-label": `${chart.title}: close`, title: "Close; the search brings it back" }, () => this.#choose(chart, { gone: true })));
     const holder = element("figure", { class: "panel", "aria-label": title }, tools);
     this.grid.append(holder);
@@ -175,10 +176,11 @@ export class Charts {
     this.zoom([plot.posToVal(left, "x"), plot.posToVal(left + width, "x")]);
   }
 
-  /** Show a span of time in all charts; null to follow the flight. */
-  zoom(span) {
-    this.zoomed = span;
-    this.follow.hidden = !span;
+  /** Show a span of time in all charts, or the whole flight; null to follow the flight. */
+  zoom(span, whole = false) {
+    Object.assign(this, { zoomed: span, whole });
+    this.follow.hidden = !span && !whole;
+    this.all.hidden = whole;
     this.update();
   }
 
@@ -188,7 +190,7 @@ export class Charts {
     if (!frames.length) return;
     // What is looked at is in the middle, where it is too old to be seen beside what flies now.
     const latest = Math.min(this.past.end, this.looking === null ? Infinity : Math.max(this.looking + SPAN / 2, start + SPAN));
-    const [begin, end] = this.zoomed ?? [Math.max(0, Math.min(start, latest - 5), latest - SPAN), latest];
+    const [begin, end] = this.zoomed ?? (this.whole ? [start < 1 ? 0 : start, this.past.end] : [Math.max(0, Math.min(start, latest - 5), latest - SPAN), latest]);
     const rows = frames.slice(this.past.index(begin), this.past.index(end) + 1), times = rows.map((frame) => Number((frame[0] - this.period).toFixed(4)));
     for (const { plot, curves, holder } of this.charts) {
       if (!this.#seen(holder)) continue;

@@ -78,10 +78,18 @@ export class Controls {
     const { key, unit, meaning, acts } = control;
     const id = `key-${key}`;
     const row = { control, held: 0 };
-    row.input = inputFor(control, id, (value, entry) => {
+    row.input = inputFor(control, id, (value, entry, moving) => {
+      if (moving && this.state.over && this.studio.looking === null) { // it takes off: once, where it is dropped
+        row.held = Infinity;
+        return false;
+      }
       row.held = performance.now() + OWN;
       setTimeout(() => this.#set(row), OWN);
-      this.studio.say("set", { key, value, flight: control.flights ? this.flight : null, entry });
+      this.studio.change({ key, value, flight: control.flights ? this.flight : null, entry }, acts);
+      return true;
+    }, (field) => {
+      field.reportValidity();
+      this.studio.note(`${nameOf(control)} = ${field.value || "?"}: ${field.validationMessage}`, "bad");
     });
     row.holder = element("div", { class: "key" },
       element("label", { for: id, title: key }, nameOf(control), element("span", { class: "unit" }, unit ? ` ${plainUnit(unit)}` : "")),
@@ -89,13 +97,23 @@ export class Controls {
       row.input.holder, element("p", { class: "meaning" }, ...plain(meaning)));
     // What is being typed or dragged is not taken away before it is said, or left.
     row.holder.addEventListener("input", ({ target }) => { if (target.type !== "range" || acts === "restart") row.held = Infinity; });
-    for (const kind of ["change", "focusout"]) row.holder.addEventListener(kind, () => { if (row.held === Infinity) { row.held = 0; setTimeout(() => this.#set(row), OWN); } });
+    // What is refused stays to be seen until it is left.
+    for (const kind of ["change", "focusout"]) row.holder.addEventListener(kind, ({ target }) => {
+      if (row.held !== Infinity || (kind === "change" && !target.validity.valid)) return;
+      row.held = 0;
+      setTimeout(() => this.#set(row), OWN);
+    });
     row.words = `${key} ${control.group} ${meaning} ${unit} ${key.replaceAll("_", " ")}`.toLowerCase();
     return row;
   }
 
-  /** What a control is now: of the flight with a number where it is a gain. */
-  now({ key, value, values, flights }, flight = this.flight ?? flights?.[0]) {
+  /** What a control is now, or will be on the branch to come: of the flight with a number where it is a gain. */
+  now(control, flight = this.flight ?? control.flights?.[0]) {
+    const own = this.studio.pending.filter((one) => one.key === control.key && (!control.flights || one.flight === null || one.flight === flight));
+    return own.reduce((now, { value, entry }) => (entry === undefined ? value : now.map((one, i) => (i === entry ? value : one))), this.#flown(control, flight));
+  }
+
+  #flown({ key, value, values, flights }, flight) {
     const { gains, surface } = this.state;
     if (flights) return gains[flight]?.[key.replace(/^controller\./, "")] ?? values[flights.indexOf(flight)];
     const name = key.replace(/^surface\./, "");
@@ -160,12 +178,13 @@ export class Controls {
   }
 }
 
-function inputFor(control, id, change) {
+/** The input of a control; `change` takes values (and whether a hand still moves) and returns whether it did, `refuse` a field that has none. */
+function inputFor(control, id, change, refuse) {
   switch (control.kind) {
     case "switch": return switchFor(control, id, change);
     case "choice": return choiceFor(control, id, change);
-    case "number": return numberFor(control, id, change);
-    case "vector": return vectorFor(control, id, change);
+    case "number": return numberFor(control, id, change, refuse);
+    case "vector": return vectorFor(control, id, change, refuse);
     default: return textFor(control, id, change);
   }
 }
@@ -185,7 +204,7 @@ function choiceFor({ value, choices }, id, change) {
 }
 
 /** A number's field and, where it has a range, its slider. */
-function entryFor(control, value, id, name, change) {
+function entryFor(control, value, id, name, change, refuse) {
   const { low, high, acts, whole } = control;
   const field = element("input", { type: "number", id, step: "any", min: low ?? undefined, max: high ?? undefined, "aria-label": name });
   const bounds = value === null || (control.kind === "vector" && acts === "restart") ? null : rangeOf({ value, low, high });
@@ -194,10 +213,12 @@ function entryFor(control, value, id, name, change) {
     field.value = next === null ? "" : shown(next);
     if (slider && next !== null) slider.value = next;
   };
-  const often = seldom(60, change);
+  let said = null; // the last value that was taken while a hand moves
+  const often = seldom(60, (next) => { said = change(next, true) ? next : null; });
   field.addEventListener("change", () => {
     if (field.value === "" && value === null) return change(null);
-    if (field.value === "" || !field.checkValidity()) return field.reportValidity();
+    if (!field.checkValidity()) return refuse(field);
+    if (field.value === "") return;
     set(Number(field.value));
     change(Number(field.value));
   });
@@ -205,13 +226,17 @@ function entryFor(control, value, id, name, change) {
     field.value = shown(Number(slider.value));
     if (acts === "in flight") often(Number(slider.value));
   });
-  if (acts !== "in flight") slider?.addEventListener("change", () => change(Number(slider.value)));
+  slider?.addEventListener("change", () => {
+    often.cancel();
+    if (said !== Number(slider.value)) change(Number(slider.value));
+    said = null;
+  });
   set(value);
   return { field, slider, set };
 }
 
-function numberFor(control, id, change) {
-  const { field, slider, set } = entryFor(control, control.value, id, undefined, change);
+function numberFor(control, id, change, refuse) {
+  const { field, slider, set } = entryFor(control, control.value, id, undefined, (next, moving) => change(next, undefined, moving), refuse);
   return { holder: element("div", { class: "number" }, ...(slider ? [slider] : []), field), set };
 }
 
@@ -224,10 +249,10 @@ function rangeOf({ value, low, high }) {
   return [Math.max(low ?? -Infinity, least), Math.min(high ?? Infinity, most)];
 }
 
-function vectorFor(control, id, change) {
+function vectorFor(control, id, change, refuse) {
   const { value, key } = control;
   if (!value?.length || value.some((entry) => typeof entry !== "number")) return listFor(control, id, change);
-  const entries = value.map((entry, i) => entryFor(control, entry, i ? `${id}-${i}` : id, `${key}, entry ${i + 1}`, (next) => change(next, i)));
+  const entries = value.map((entry, i) => entryFor(control, entry, i ? `${id}-${i}` : id, `${key}, entry ${i + 1}`, (next, moving) => change(next, i, moving), refuse));
   return {
     holder: element("div", { class: "vector" }, ...entries.map(({ field, slider }) => element("div", {}, field, slider ?? ""))),
     set: (next) => next.forEach((entry, i) => entries[i].set(entry)),

@@ -1,10 +1,12 @@
 // Draw on the surface with the mouse, or give an SVG file: the robot draws that.
 
-import { button, element } from "../shared/elements.js";
+import { button, choice, element } from "../shared/elements.js";
 import { segments } from "../shared/lines.js";
 
 const SPACING = 0.005; // m between two points of a stroke
 const LIFT = 0.006; // m by which the plan stands before the surface
+const FONTS = [["futural", "plain"], ["rowmans", "rounded"], ["scripts", "handwriting"], ["cursive", "cursive"]]; // whose letters are single lines
+const DRAWING = ["drawing", "following"], BEST = "drawing"; // contact laws that feel for the surface at each stroke; the controller that draws best
 const LARGEST = 500_000; // bytes of an SVG
 
 export class DrawingTool {
@@ -16,9 +18,15 @@ export class DrawingTool {
     this.file = element("input", { type: "file", accept: ".svg,image/svg+xml", id: "svg-file" });
     this.file.addEventListener("change", () => { if (this.file.files[0]) this.take(this.file.files[0]); this.file.value = ""; });
     this.count = element("span", { class: "soft", role: "status" }, "nothing drawn yet");
+    this.words = element("input", { type: "text", id: "draw-words", maxlength: 400, placeholder: "hello", autocomplete: "off", spellcheck: "false" });
+    this.words.addEventListener("keydown", ({ key }) => { if (key === "Enter") this.#write(); });
+    this.font = choice("Font", FONTS, FONTS[0][0], () => {});
+    this.best = element("p", { class: "best" });
     panel.append(
+      this.best,
       element("p", {}, "Choose mode Draw and draw on the surface with the mouse. The flight takes off again and draws your lines."),
       element("div", { class: "row" }, this.fly, this.wipe, this.count),
+      element("div", { class: "row" }, element("label", { for: "draw-words" }, "Or words"), this.words, this.font, button("Write", {}, () => this.#write())),
       element("label", { for: "svg-file" }, "Or an SVG file, which may also be dropped on this page "), this.file);
     document.addEventListener("dragover", (event) => { event.preventDefault(); });
     document.addEventListener("drop", (event) => {
@@ -28,14 +36,27 @@ export class DrawingTool {
     });
   }
 
-  begin() {
+  /** A new take-off: who cannot draw well is told who can. */
+  begin(controls, flights, offered) {
     this.clear();
+    const law = controls.find(({ key }) => key === "controller.contact.law");
+    const poor = (law?.flights ?? []).filter((_, i) => !DRAWING.includes(law.values[i])).map((flight) => flights[flight].controller);
+    this.best.hidden = !poor.length || !offered.includes(BEST);
+    const names = offered.length && [...new Set(this.studio.state.controllers?.map((name) => (poor.includes(name) ? BEST : name)))];
+    const code = (name) => element("code", {}, name);
+    this.best.replaceChildren(...poor.flatMap((name, i) => (i ? [" and ", code(name)] : [code(name)])), " may miss where a stroke begins, as nothing feels for the surface there. ", code(BEST), " does. ",
+      button(`Fly ${BEST}`, {}, () => this.studio.say("controllers", { names: names.length ? names : [BEST] })));
+  }
+
+  #write() {
+    const text = this.words.value.trim();
+    if (text) this.studio.say("draw", { text, font: this.font.value });
   }
 
   async take(file) {
     if (!/\.svg$/i.test(file.name)) return this.studio.note(`${file.name} is no SVG file`, "bad");
     if (file.size > LARGEST) return this.studio.note(`${file.name} is larger than ${LARGEST / 1000} kB`, "bad");
-    this.studio.say("draw", { svg: await file.text() });
+    this.studio.say("draw", { svg: await file.text(), name: file.name.slice(-200) });
   }
 
   grab(event) {

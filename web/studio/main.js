@@ -23,6 +23,9 @@ const MODES = [
   ["surface", "Surface", "Drag the surface"],
   ["draw", "Draw", "Draw on the surface"],
 ];
+const OF_A_FLIGHT = ["poke", "surface", "step"]; // what is done to a flight that goes on
+const OF_NOW = ["poke", "surface", "back", "step"]; // what is done to the flight at its latest moment, which must be seen
+const LASTING = 60000; // ms for which a note is seen that tells of a loss
 const find = (id) => document.getElementById(id);
 
 /** What can be pushed: every body of the robot, and where the middle of its shapes is. */
@@ -41,6 +44,7 @@ class Studio {
     this.number = -1;
     this.state = { paused: false, over: false, speed: 1, scene: null, version: 0, verdict: [], undo: null, redo: null };
     this.looking = null; // time of the past that is looked at
+    this.pending = []; // changes that go along with the branch that begins there
     this.mode = "look";
     this.past = new Past();
     this.shell = new Shell(this);
@@ -62,14 +66,35 @@ class Studio {
     this.#run();
   }
 
+  /** Why something cannot be done now; empty where it can. */
+  hindrance(what) {
+    if (!this.shell.seats.drives && what !== "take over") return "You watch. Take over to change something.";
+    if (!this.line.open) return "No connection: nothing is done until it is back.";
+    if (this.state.over && OF_A_FLIGHT.includes(what)) return "The flight is over; take off again (R).";
+    if (this.looking !== null && OF_NOW.includes(what)) return "You look back. First go on from there (Enter) or come back to now (Escape).";
+    return "";
+  }
+
+  /** Whether something can be done; says why not. */
+  may(what) {
+    const why = this.hindrance(what);
+    if (why) this.note(why, "bad");
+    return !why;
+  }
+
   /** Have something done to the flight that this page shows; only who drives may. */
   say(what, content) {
-    if (!this.shell.seats.drives && what !== "take over") {
-      this.note("You watch. Take over to change something.", "bad");
-      return false;
-    }
+    if (what === "release" ? this.hindrance(what) : !this.may(what)) return false;
     this.hints.done(what);
     return this.line.say(what, { seen: this.state.version, ...content });
+  }
+
+  /** Change a key: in flight, or where the past is looked at from the beginning of the branch that goes on there. */
+  change(one, acts) {
+    if (this.looking === null || acts !== "in flight") return this.say("set", one);
+    const same = (other) => ["key", "flight", "entry"].every((part) => other[part] === one[part]);
+    this.pending = [...this.pending.filter((other) => !same(other)), one];
+    this.#apply();
   }
 
   /** Show what flies, once the scene is there that it is told of. */
@@ -78,10 +103,28 @@ class Studio {
     this.transport.apply(state);
     if (state.scene !== this.number) return this.shell.status();
     for (const part of [this.controls, this.surfaceTool, this.timeline, this.charts, this.shell]) part.apply(state);
+    this.#allow();
+    this.#judge();
   }
 
-  note(text, kind) {
-    this.shell.note(text, kind);
+  /** Disable what acts on a flight that is not seen, or goes on no more. */
+  #allow() {
+    this.poke.allow(this.hindrance("poke"));
+    this.surfaceTool.allow(this.hindrance("surface"));
+  }
+
+  /** Have a flight that is over scored, once: the verdict belongs to its end. */
+  #judge() {
+    const { over, here } = this.state;
+    if (!over) this.judged = null;
+    else if (this.shell.seats.drives && this.line.open && this.judged !== here) {
+      this.judged = here;
+      this.say("scores");
+    }
+  }
+
+  note(text, kind, lasting) {
+    this.shell.note(text, kind, lasting);
   }
 
   readForce(text) {
@@ -95,8 +138,10 @@ class Studio {
 
   #listenToLine() {
     const { line, shell } = this;
-    line.on("line", ({ open }) => { shell.online = open; if (open) shell.ended = undefined; shell.status(); });
+    line.on("line", ({ open }) => { shell.online = open; if (open) shell.ended = undefined; shell.status(); this.#allow(); });
     line.on("hello", (hello) => {
+      if (this.answers && this.answers !== hello.studio) this.note("Another studio answers: the flight that was here is gone.", "bad", LASTING);
+      this.answers = hello.studio;
       this.past.clear();
       this.early = null;
       this.awaited = hello.number;
@@ -104,7 +149,7 @@ class Studio {
       this.#begin(hello).catch((error) => { this.note(`The flight cannot be shown: ${error.message}`, "bad"); console.error(error); });
     });
     line.on("state", (state) => { this.state = state; this.#apply(); });
-    line.on("seats", (seats) => { shell.seats = seats; shell.status(); this.hints.begin(seats.drives); });
+    line.on("seats", (seats) => { shell.seats = seats; this.hints.begin(seats.drives); this.#apply(); });
     line.on("frame", ({ scene, frames }) => {
       if (scene !== this.number) { // it cannot be shown yet
         if (this.early?.scene === scene) this.early.frames.push(...frames);
@@ -120,7 +165,6 @@ class Studio {
     line.on("restarted", ({ why }) => { shell.controllerError(null); this.note(why ? `Took off again: ${why}` : "Took off again"); });
     line.on("kept", (kept) => { shell.kept(kept); });
     line.on("pace", (pace) => this.transport.pace(pace));
-    line.on("over", () => { if (shell.seats.drives) this.say("scores"); });
     line.on("farewell", (last) => shell.farewell(last));
     line.on("scores", (scores) => shell.showScores(scores));
   }
@@ -130,13 +174,14 @@ class Studio {
     const figures = await Promise.all(flights.map((flight, i) => LiveFigure.of(flight, layout.flights[i], flights.length === 1)));
     if (number !== this.awaited) return; // the flight has taken off again meanwhile
     this.#show(figures, names !== this.names);
-    Object.assign(this, { figures, number, names, looking: null });
+    this.look(null);
+    Object.assign(this, { figures, number, names, judged: null });
     this.past.clear();
     this.charts.begin(flights, layout, scene.period);
     this.controls.show(controls, flights.map(({ name }) => name));
     this.poke.begin(linksOf(flights[0]));
-    this.surfaceTool.begin(controls);
-    this.drawingTool.begin();
+    this.surfaceTool.begin(controls, flights[0].frame.axes);
+    this.drawingTool.begin(controls, flights, controllers);
     this.shell.offer(controllers);
     this.shell.forgetScores();
     this.timeline.begin(scene.lasts, layout.flights[0].touching[0]);
@@ -196,7 +241,13 @@ class Studio {
 
   /** Look at a time of the past; null for now. */
   look(time) {
+    if (time === null && this.pending.length) {
+      this.note(`Not taken along: ${this.pending.map(({ key }) => key).join(", ")}. Go on from here would have.`, "bad");
+      this.pending = [];
+      this.#apply();
+    }
     this.looking = this.charts.looking = time;
+    this.#allow();
     if (time !== null) this.hints.done("look");
     this.fresh = this.chartsDue = true;
     this.shell.status();
@@ -246,7 +297,7 @@ class Studio {
     canvas.addEventListener("keydown", (event) => {
       if (this.mode === "poke" && this.poke.key(event)) return event.preventDefault();
       const act = {
-        " ": () => this.transport.toggle(), r: () => this.say("restart"), u: () => this.say("undo"),
+        " ": () => this.transport.toggle(), ".": () => this.say("step"), r: () => this.say("restart"), u: () => this.say("undo"),
         1: () => this.setMode("look"), 2: () => this.setMode("poke"), 3: () => this.setMode("surface"), 4: () => this.setMode("draw"),
         ArrowLeft: () => this.sceneView?.turn(-0.1, 0), ArrowRight: () => this.sceneView?.turn(0.1, 0),
         ArrowUp: () => this.sceneView?.turn(0, 0.1), ArrowDown: () => this.sceneView?.turn(0, -0.1),

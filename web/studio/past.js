@@ -1,6 +1,6 @@
 // The frames of the flight so far: for the charts, and to look back.
 
-const MOST = 9000; // frames that are kept: three minutes at the least
+const MOST = 9000; // frames that are kept; of a flight that is longer, older ones are fewer
 
 export class Past {
   constructor() { this.frames = []; }
@@ -10,7 +10,7 @@ export class Past {
   add(frame) {
     while (this.frames.length && this.frames[this.frames.length - 1][0] >= frame[0]) this.frames.pop();
     this.frames.push(frame);
-    if (this.frames.length > MOST) this.frames = this.frames.slice(MOST / 10);
+    if (this.frames.length > MOST) this.frames = this.frames.filter((_, i) => i >= MOST / 2 || i % 2 === 0);
   }
 
   get end() { return this.frames.length ? this.frames[this.frames.length - 1][0] : 0; }

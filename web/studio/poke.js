@@ -30,7 +30,7 @@ export class Poke {
         element("label", {}, "Link ", this.link),
         element("label", { for: "poke-force" }, "Force, N ", this.force),
         element("label", {}, "Direction ", this.direction)),
-      this.hold);
+      this.hold, this.why = element("p", { class: "why", role: "status" }));
     const begin = (event) => { event.preventDefault(); this.hold.setPointerCapture?.(event.pointerId); this.#press(this.#chosenDirection()); };
     this.hold.addEventListener("pointerdown", begin);
     for (const end of ["pointerup", "pointercancel", "lostpointercapture", "blur"]) this.hold.addEventListener(end, () => this.release());
@@ -38,6 +38,12 @@ export class Poke {
       if ((event.key === " " || event.key === "Enter") && !event.repeat) { event.preventDefault(); this.#press(this.#chosenDirection()); }
     });
     this.hold.addEventListener("keyup", () => this.release());
+  }
+
+  /** Let the button be pressed, or say why not. */
+  allow(why) {
+    this.why.textContent = why;
+    this.hold.disabled = Boolean(why);
   }
 
   begin(links) {
@@ -55,7 +61,7 @@ export class Poke {
   #press(direction) {
     if (!this.force.checkValidity()) return this.force.reportValidity();
     const link = this.links.find(({ name }) => name === this.link.value);
-    if (!link) return;
+    if (!link || !this.studio.may("poke")) return;
     this.held = { link, point: link.middle ?? [0, 0, 0], force: direction.multiplyScalar(Number(this.force.value)) };
     this.#show();
     this.#say();
@@ -83,7 +89,7 @@ export class Poke {
   /** The pointer went down on the picture; whether a link is under it. */
   grab(event) {
     const found = this.linkAt(event);
-    if (!found) return false;
+    if (!found || !this.studio.may("poke")) return false;
     const { flight, link, point } = found;
     this.link.value = link.name;
     this.held = { link, point, force: new Vector3() };

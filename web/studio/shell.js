@@ -8,8 +8,8 @@ const find = (id) => document.getElementById(id);
 const ENDED = "came to its end"; // the verdict on a flight that wasn't lost
 
 /** What became of the flights, in a line. */
-function verdictOf(verdicts, figures) {
-  if (verdicts.every((text) => text === ENDED)) return "Over: came to its end";
+function verdictOf(verdicts, figures, missed) {
+  if (verdicts.every((text) => text === ENDED)) return missed ? "Over: not done as commanded" : "Over: came to its end";
   if (verdicts.length === 1) return `Lost: ${verdicts[0]}`;
   return verdicts.map((text, i) => `${figures[i]?.scene.name ?? i}: ${text}`).join("; ");
 }
@@ -44,7 +44,7 @@ export class Shell {
 
   /** Scores of a flight that is not the one that flies now would be taken for its own. */
   forgetScores() {
-    this.scored = undefined;
+    this.scored = this.verdict = undefined;
     this.scoredOf.textContent = "of the flight so far";
     this.scores.replaceChildren();
   }
@@ -99,16 +99,18 @@ export class Shell {
   }
 
   status() {
-    const { state, looking } = this.studio;
+    const { state, looking, pending } = this.studio;
     const lost = state.verdict?.some((text) => text !== ENDED);
+    const missed = this.verdict && this.verdict.here === state.here ? this.verdict.words : "";
     const [kind, text] = !this.online ? ["off", this.ended ?? "No connection; trying again"]
-      : looking !== null ? ["paused", "Looking back"]
-        : state.over ? [lost ? "bad" : "over", verdictOf(state.verdict ?? [], this.studio.figures)]
+      : looking !== null ? ["paused", pending.length ? `Looking back; changes that go along: ${pending.length}` : "Looking back"]
+        : state.over ? [lost || missed ? "bad" : "over", verdictOf(state.verdict ?? [], this.studio.figures, missed)]
           : state.paused ? ["paused", "Paused"] : ["flying", "Flying"];
     const status = find("status");
-    if (status.textContent !== text || status.dataset.kind !== kind) {
+    const title = missed && state.over ? missed : text;
+    if (status.textContent !== text || status.dataset.kind !== kind || status.title !== title) {
       status.textContent = text;
-      status.title = text;
+      status.title = title;
       status.dataset.kind = kind;
     }
     const { drives, others } = this.seats;
@@ -121,11 +123,15 @@ export class Shell {
     find("watch-link").textContent = watch ?? "";
   }
 
-  note(text, kind = "") {
-    const made = element("p", { class: `note ${kind}` }, text);
-    find("notes").append(made);
+  /** Tell something for a while; what is told again is counted. */
+  note(text, kind = "", lasting = TOLD) {
+    const again = [...find("notes").children].find(({ dataset }) => dataset.text === text);
+    const made = again ?? element("p", { class: `note ${kind}`, dataset: { text, count: 0 } }, text);
+    if (++made.dataset.count > 1) made.textContent = `${text} (${made.dataset.count} times)`;
+    if (!again) find("notes").append(made);
     while (find("notes").children.length > 4) find("notes").firstChild.remove();
-    setTimeout(() => made.remove(), TOLD);
+    clearTimeout(Number(made.dataset.timer));
+    made.dataset.timer = setTimeout(() => made.remove(), lasting);
   }
 
   kept({ folder, commands }) {
@@ -144,14 +150,17 @@ export class Shell {
     this.note(`Kept in ${folder}`);
   }
 
-  showScores({ flights, groups, here, until }) {
+  showScores({ flights, groups, here, until, over, missed }) {
     this.scored = here; // a flight that goes back is another branch
+    const words = Object.entries(missed).map(([name, what]) => `${name} was not done as commanded: ${what.join("; ")}`);
+    this.verdict = over ? { here, words: words.join(". ") } : undefined;
+    this.status();
     this.scoredOf.textContent = `of the flight until ${until.toFixed(1)} s`;
     if (!groups.length) return this.scores.replaceChildren(element("p", { class: "soft" }, "Nothing to score yet: scores are of the sliding period."));
     const head = (text) => element("th", { scope: "col" }, text), cell = (text) => element("td", {}, text);
     const row = ({ label, unit, values }) => element("tr", {}, element("th", { scope: "row" }, label),
       cell(unit), ...values.map((value) => cell(value || "–")));
-    this.scores.replaceChildren(element("table", {},
+    this.scores.replaceChildren(...words.map((text) => element("p", { class: "missed" }, text)), element("table", {},
       element("thead", {}, element("tr", {}, head("Score"), head("Unit"), ...flights.map(head))),
       ...groups.map(({ title, rows }) => element("tbody", {},
         element("tr", {}, element("th", { scope: "rowgroup", colspan: 2 + flights.length, class: "heading" }, title)), ...rows.map(row)))));

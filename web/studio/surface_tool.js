@@ -10,13 +10,14 @@ const PLACE = ["x", "y", "z"], TILT = ["slope", "pitch"];
 
 const SLIDERS = [
   ["x", "Forward, x", "m", -0.5, 0.5, 0.005], ["y", "Left, y", "m", -0.5, 0.5, 0.005], ["z", "Up, z", "m", -0.5, 0.5, 0.005],
-  ["slope", "Turn about v", "rad", -0.5, 0.5, 0.005], ["pitch", "Turn about u", "rad", -0.5, 0.5, 0.005],
+  ["slope", "Slope", "rad", -0.5, 0.5, 0.005], ["pitch", "Pitch", "rad", -0.5, 0.5, 0.005],
 ];
 
 export class SurfaceTool {
   constructor(studio, panel) {
     this.studio = studio;
     this.inputs = {};
+    this.along = {}; // where a name says along which axis of the picture
     this.values = { x: 0, y: 0, z: 0, slope: 0, pitch: 0 };
     this.touched = {}; // what a hand has changed and not said yet
     this.held = 0;
@@ -28,11 +29,16 @@ export class SurfaceTool {
       field.addEventListener("input", () => { this.held = Infinity; });
       field.addEventListener("blur", () => { if (this.held === Infinity) { this.held = 0; this.#show(); } });
       field.addEventListener("change", () => {
-        if (!field.value || !field.checkValidity()) return field.reportValidity();
+        if (!field.checkValidity()) {
+          field.reportValidity();
+          studio.note(`${text} = ${field.value || "?"}: ${field.validationMessage}`, "bad");
+          return;
+        }
+        if (!field.value) return;
         this.#touch(name, Number(field.value));
       });
       this.inputs[name](0);
-      return element("div", { class: "key" }, element("label", { for: `surface-${name}` }, text, element("span", { class: "unit" }, ` ${unit}`)),
+      return element("div", { class: "key" }, element("label", { for: `surface-${name}` }, text, this.along[name] = element("span"), element("span", { class: "unit" }, ` ${unit}`)),
         element("div", { class: "number" }, slider, field));
     };
     this.send = seldom(PERIOD, () => this.#say());
@@ -40,8 +46,8 @@ export class SurfaceTool {
     this.present.checked = true;
     this.present.addEventListener("change", () => this.#touch("present", this.present.checked));
     this.tilting = element("input", { type: "checkbox", role: "switch", id: "surface-tilting" });
-    panel.append(
-      element("p", {}, "Mode Surface: drag it in the picture; with the right switch a drag tilts it. Every move takes 0.2 s."),
+    this.why = element("p", { class: "why", role: "status" });
+    this.parts = element("fieldset", {},
       ...SLIDERS.map((slider) => row(...slider)),
       row("friction", "Friction", "", 0, 1.5, 0.01),
       row("stiffness", "Stiffness", "N/m", 50, 20000, 50),
@@ -49,10 +55,15 @@ export class SurfaceTool {
         element("label", { class: "switch" }, this.present, " The surface is there"),
         element("label", { class: "switch" }, this.tilting, " A drag tilts"),
         button("As at the start", {}, () => this.#home())));
+    panel.append(
+      element("p", {}, "Mode Surface: drag it in the picture; with the switch A drag tilts, a drag tilts it. Every move takes 0.2 s."),
+      this.why, this.parts);
   }
 
-  /** A new take-off; the surface's keys are among the controls. Moves are counted from where it is then. */
-  begin(controls) {
+  /** A new take-off; the surface's keys are among the controls, the axes are those of contact and path. Moves are counted from where it is then. */
+  begin(controls, [, u, v]) {
+    this.along.slope.textContent = `: recedes along ${u.name}`;
+    this.along.pitch.textContent = `: recedes along ${v.name}`;
     const found = (key, usual) => controls.find((control) => control.key === `surface.${key}`)?.value ?? usual;
     this.first = { position: found("position", [0, 0, 0]), slope: found("slope", 0), pitch: found("pitch", 0), friction: found("friction", 0), stiffness: found("stiffness", 5000) };
   }
@@ -71,6 +82,12 @@ export class SurfaceTool {
     Object.assign(this.values, { friction: state.friction, stiffness: state.stiffness });
     for (const [name, set] of Object.entries(this.inputs)) set(Math.abs(this.values[name]) < 1e-9 ? 0 : this.values[name]);
     this.present.checked = state.present;
+  }
+
+  /** Let it be changed, or say why not. */
+  allow(why) {
+    this.why.textContent = why;
+    this.parts.disabled = Boolean(why);
   }
 
   /** A hand changes one number. */
@@ -103,7 +120,7 @@ export class SurfaceTool {
     const ray = this.studio.sceneView.rayAt(event);
     const objects = ray && this.studio.figures[ray.flight].surfaceObjects;
     const [hit] = objects ? ray.caster.intersectObjects(objects, true) : [];
-    if (!hit) return false;
+    if (!hit || !this.studio.may("surface")) return false;
     const normal = this.studio.sceneView.camera.getWorldDirection(new Vector3());
     this.drag = { x: event.clientX, y: event.clientY, from: hit.point, plane: new Plane().setFromNormalAndCoplanarPoint(normal, hit.point), before: { ...this.values } };
     return true;

@@ -5,7 +5,8 @@ import { Marks } from "../shared/events.js";
 
 const STEP = 0.1, LONG = 1, PAGE = 5; // s by which a key moves
 const PERIOD = 250; // ms between two looks at where the pen touched
-const ROWS = 4; // of branches that are shown, the newest
+const ROWS = 4, ROW = 8; // of branches that are shown at first, the newest; px of one
+const LATE = 0.5, ROOM = 5; // s beyond its time after which a flight counts as longer, and that it gets then
 
 export class Timeline {
   constructor(studio, holder) {
@@ -18,8 +19,9 @@ export class Timeline {
     this.scale = element("div", { class: "scale", "aria-hidden": "true" });
     this.marks = new Marks({ set: (time) => this.look(time), get end() { return Infinity; } });
     this.tree = element("div", { class: "tree", role: "group", "aria-label": "Branches" });
+    this.more = button("", { class: "more", hidden: true }, () => { this.all = !this.all; this.#draw(); });
     this.track.append(this.flown, this.bands, this.hand);
-    holder.append(this.scale, this.track, this.marks.element, this.tree);
+    holder.append(this.scale, this.track, this.marks.element, this.tree, this.more);
     this.#listen();
   }
 
@@ -73,13 +75,22 @@ export class Timeline {
   apply({ events, branches, here }) {
     this.events = events.map((event, i) => ({ number: i + 1, ...event }));
     Object.assign(this, { branches, here });
+    this.#fit(this.studio.past.end);
     this.#draw();
   }
 
-  #fit(end) {
-    const rounded = Math.max(this.lasts, ...(this.branches ?? []).map(({ until }) => until ?? 0), end);
-    if (rounded === this.end) return;
-    this.end = rounded > this.lasts ? rounded + 5 : rounded;
+  /** The branches that have a line: the newest, or all. */
+  get seen() {
+    const { branches = [] } = this;
+    return this.all ? branches : branches.slice(-ROWS);
+  }
+
+  /** As long as what is shown; a flight that goes on beyond its time gets some more at a time. */
+  #fit(now) {
+    const end = Math.max(this.lasts, now, ...this.seen.map(({ until }) => until ?? 0));
+    const room = this.studio.state.over || end < this.lasts + LATE ? 0 : ROOM;
+    if (this.end >= end && this.end <= end + room) return;
+    this.end = end + room;
     this.#draw();
   }
 
@@ -91,16 +102,20 @@ export class Timeline {
     this.scale.replaceChildren(...Array.from({ length: Math.floor(end / step + 1e-9) + 1 }, (_, i) => element("span", { style: { left: this.#part(i * step) } }, `${i * step}${i ? "" : " s"}`)));
     this.marks.clock = { end, set: (time) => this.look(time) };
     this.marks.show(this.events ?? []);
-    const newest = branches.slice(-ROWS), rows = new Map(newest.map(({ number }, row) => [number, row]));
+    const newest = this.seen, rows = new Map(newest.map(({ number }, row) => [number, row]));
+    const hidden = branches.length - newest.length;
+    this.more.hidden = branches.length <= ROWS;
+    this.more.textContent = hidden ? `Earlier branches: ${hidden}` : "The newest branches only";
+    this.tree.style.height = `${ROW * Math.max(ROWS, newest.length)}px`;
     this.tree.replaceChildren(...newest.flatMap(({ number, parent, since, until, words }, row) => {
       const own = number === here, to = own ? this.studio.past.end : until;
       const name = `${own ? "Flown now" : "Go to"}: branch ${number + 1}, ${words}, ${since.toFixed(1)} to ${to.toFixed(1)} s`;
-      const line = button("", { class: "branch", title: name, "aria-label": name, "aria-current": own ? "true" : undefined, style: { left: this.#part(since), width: `max(6px, ${this.#part(to - since)})`, top: `${8 * row}px` } },
+      const line = button("", { class: "branch", title: name, "aria-label": name, "aria-current": own ? "true" : undefined, style: { left: this.#part(since), width: `max(6px, ${this.#part(to - since)})`, top: `${ROW * row}px` } },
         () => { if (!own) this.studio.say("jump", { branch: number }); });
       if (own) this.current = { line, since };
       const above = rows.get(parent);
       return above === undefined || above === row ? [line]
-        : [element("i", { style: { left: this.#part(since), top: `${8 * above + 4}px`, height: `${8 * (row - above)}px` } }), line];
+        : [element("i", { style: { left: this.#part(since), top: `${ROW * (above + 0.5)}px`, height: `${ROW * (row - above)}px` } }), line];
     }));
   }
 

@@ -14,6 +14,7 @@ export class Transport {
   constructor(studio, holder) {
     this.studio = studio;
     this.pause = button("❚❚", { class: "play", "aria-label": "Pause", title: "Pause or go on (Space)" }, () => this.toggle());
+    this.step = button("❙▶", { "aria-label": "One tick", title: "Fly one tick of a paused flight (.)", disabled: true }, () => studio.say("step"));
     this.restart = button("⟲", { "aria-label": "Take off again", title: "Take off again (R)" }, () => studio.say("restart"));
     this.undo = button("↶", { "aria-label": "Undo" }, () => studio.say("undo"));
     this.redo = button("↷", { "aria-label": "Redo" }, () => studio.say("redo"));
@@ -22,7 +23,7 @@ export class Transport {
     this.speed = element("input", { type: "range", min: 0, max: 1, step: 0.005, value: toPart(1), id: "speed", "aria-label": "Speed, 0.1 to 20 times" });
     this.speed.addEventListener("input", () => {
       const speed = round(toSpeed(Number(this.speed.value)));
-      this.#say(speed);
+      this.#tell(speed); // the slider stays where the hand is: a key's step is smaller than the rounding
       say(speed);
     });
     this.speed.addEventListener("dblclick", () => { this.#say(1); say(1); });
@@ -32,7 +33,7 @@ export class Transport {
     this.go = button("Go on from here", { class: "main", disabled: true, title: "Fly on from the time that is looked at (Enter)" }, () => this.branch());
     this.now = button("Back to now", { disabled: true, title: "Escape" }, () => studio.timeline.look(null));
     holder.append(
-      element("div", { class: "group drives" }, this.pause, this.restart, this.undo, this.redo), this.time,
+      element("div", { class: "group drives" }, this.pause, this.step, this.restart, this.undo, this.redo), this.time,
       element("div", { class: "group drives" }, element("label", { for: "speed" }, "Speed"), this.speed, this.wished), this.reached,
       element("div", { class: "group last" }, this.now, element("span", { class: "drives" }, this.go)));
   }
@@ -43,6 +44,10 @@ export class Transport {
 
   #say(speed) {
     this.speed.value = toPart(speed);
+    this.#tell(speed);
+  }
+
+  #tell(speed) {
     this.wished.textContent = `${speed}×`;
     this.speed.setAttribute("aria-valuetext", `${speed} times`);
   }
@@ -51,8 +56,9 @@ export class Transport {
   branch() {
     const { studio } = this;
     if (studio.looking === null) return;
-    studio.say("rewind", { time: studio.looking });
+    if (!studio.say("rewind", { time: studio.looking, changes: studio.pending })) return;
     studio.say("pause", { paused: false });
+    studio.pending = [];
     studio.look(null);
   }
 
@@ -60,6 +66,7 @@ export class Transport {
     this.pause.textContent = paused ? "▶" : "❚❚";
     this.pause.setAttribute("aria-label", paused ? "Go on" : "Pause");
     this.pause.disabled = over;
+    this.step.disabled = over || !paused;
     for (const [one, words, key] of [[this.undo, undo, "Ctrl-Z"], [this.redo, redo, "Ctrl-Shift-Z"]]) {
       one.disabled = words === null;
       one.title = words === null ? "Nothing to bring back" : `${one.getAttribute("aria-label")}: ${words} (${key})`;
@@ -73,7 +80,7 @@ export class Transport {
   }
 
   frame(time, reached, flying) {
-    this.time.textContent = `${time.toFixed(1)} s`;
+    this.time.textContent = `${time.toFixed(this.studio.state.paused ? 3 : 1)} s`; // a tick is some milliseconds
     this.reached.textContent = flying ? `reached ${reached.toFixed(reached < 9.95 ? 2 : 1)}×` : "";
     this.go.disabled = this.now.disabled = this.studio.looking === null;
   }

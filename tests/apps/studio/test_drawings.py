@@ -60,3 +60,48 @@ def test_a_hostile_svg_is_refused_in_a_line(session, name, monkeypatch):
     assert "\n" not in str(refused.value)
     assert session.live.flights == flights
     assert not list(session.out.glob("drawings/*"))
+
+
+SQUARE = '<svg xmlns="http://www.w3.org/2000/svg"><path d="M 0 0 L 30 0 L 30 30 Z" stroke="black"/></svg>'
+
+
+def path_of(session):
+    return session.live.flights[0].experiment.trajectory
+
+
+def test_words_and_a_file_take_each_others_place(session):
+    session.draw(STROKES)
+    session.write("Dr.Who", "scripts")
+    assert (path_of(session).text, path_of(session).font, path_of(session).file) == ("Dr.Who", "scripts", "")
+    session.draw(SQUARE)
+    assert (path_of(session).text, path_of(session).shape) == ("", "drawing")
+    session.set_key("trajectory.text", "and/or")
+    assert (path_of(session).text, path_of(session).file) == ("and/or", "")
+    with pytest.raises(ConfigError, match="font"):
+        session.write("hi", "comic")
+    assert path_of(session).text == "and/or"
+
+
+def test_back_to_the_preset_takes_the_file_along(session):
+    first = path_of(session)
+    session.draw(STROKES)
+    session.back(True)
+    assert path_of(session) == first
+    session.write("hi")
+    assert path_of(session).text == "hi"
+
+
+def test_a_file_after_a_drawing_by_hand_is_as_large_as_usual(session):
+    usual = path_of(session)
+    session.draw(STROKES)
+    assert path_of(session).width < 0.5 * usual.width
+    session.draw(SQUARE)
+    assert (path_of(session).width, path_of(session).center) == (usual.width, usual.center)
+    session.set_key("trajectory.width", 0.3)
+    session.write("hi")  # what was asked for stays
+    assert path_of(session).width == 0.3
+
+
+def test_an_error_names_the_file_that_was_given(session):
+    with pytest.raises(ConfigError, match=r"^SVG file 'empty\.svg' has nothing to draw"):
+        session.draw('<svg xmlns="http://www.w3.org/2000/svg"/>', "empty.svg")

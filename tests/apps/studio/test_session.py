@@ -8,6 +8,8 @@ import pytest
 from of_kind import of_kind
 from skylimb.analysis.exchange.convert import read_log
 from skylimb.analysis.exchange.recorder import FULL, FlightRecorder
+from skylimb.analysis.scores.user_scores import scored
+from skylimb.apps.studio.keeping import so_far
 from skylimb.apps.studio.key_edits import value_now
 from skylimb.apps.studio.live_flight import SETTLED
 from skylimb.base.errors import ConfigError, SkylimbError, UnknownNameError
@@ -147,7 +149,11 @@ def test_a_rewound_poke_is_no_longer_held(session):
 
 def test_scores_so_far_are_told_in_words_with_units(session):
     session.advance(300)
-    assert session.live.scores() == {"flights": ["Hybrid", "PID"], "groups": []}  # nothing slides yet
+    assert session.live.scores() == {
+        "flights": ["Hybrid", "PID"],
+        "groups": [],
+        "missed": {},
+    }  # nothing slides yet
     session.advance(300)
     scores = session.scores()
     assert (scores["here"], scores["until"]) == (session.branches.here, session.live.time)
@@ -237,3 +243,45 @@ def test_at_most_two_controllers_fly_beside_each_other(session, tmp_path):
     with pytest.raises(ConfigError, match="at most 2"):
         session.set_controllers(controllers)
     assert session.flown == ["hybrid", "pid"]
+
+
+def test_what_is_done_to_a_flight_that_is_over_is_refused_and_no_act(session):
+    while session.advance(200):
+        pass
+    before = session.branches
+    for act in (
+        lambda: session.poke("link4", [0.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
+        lambda: session.surface(friction=0.9),
+        lambda: session.surface(present=False),
+    ):
+        with pytest.raises(ConfigError, match=r"the flight is over; take off again \(R\)"):
+            act()
+    session.release()
+    assert session.branches == before
+
+
+def test_what_a_flight_missed_is_told_once_it_is_over(short, tmp_path):
+    tight = {**short, "tolerances.contact": 1.0, "tolerances.path": 1e-6}
+    session = Session("paper", ("hybrid",), set=tight, out=tmp_path)
+    session.advance(600)
+    assert (session.scores()["missed"], session.scores()["over"]) == ({}, False)
+    while session.advance(200):
+        pass
+    told = session.scores()
+    run = scored(so_far(session.live.flights[0]), ())
+    assert run.missed
+    assert (told["missed"], told["over"]) == ({"Hybrid": run.missed}, True)
+
+
+def test_a_branch_takes_changes_along_from_its_beginning(session):
+    gain = "controller.translation.damping_ratio"
+    session.advance(100)
+    session.rewind(0.3, [(gain, 1.5, 0, 1), (gain, 1.6, 0, 2)])
+    (change,) = of_kind(session.live.flights[0].experiment, GainChange)
+    assert change.time == pytest.approx(0.3)
+    assert list(np.ravel(change.value)[1:]) == [1.5, 1.6]
+    session.advance(10)
+    with pytest.raises(SkylimbError):
+        session.rewind(0.2, [(gain, -1.0, 0, 0)])
+    assert session.live.time == pytest.approx(0.35)
+    assert value_now(session.live, gain, 0)[1:] == (1.5, 1.6)

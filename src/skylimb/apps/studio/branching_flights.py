@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from datetime import datetime
 from typing import Any
 
@@ -42,7 +43,7 @@ class BranchingFlights:
     def __init__(self, setup: FlightSetup) -> None:
         self._recorder: FlightRecorder | None = None
         self.say: Say = lambda event, content: None
-        self._good: tuple[dict[str, Any], ...] | None = None
+        self._good: FlightSetup | None = None
         self._begin(setup)
         self.branches = Branches()
 
@@ -66,11 +67,16 @@ class BranchingFlights:
             flight.record(recorder.beside(str(number)))
 
     def _begin_again(self, setup: FlightSetup, why: str, act: str = "take off again") -> None:
-        before, self._good = self.here(), good_gains(self.live) or self._good
+        before, self._good = self.here(), self._good_now()
         self._begin(setup)
         self.branches = self.branches.acted(before, why or act, "").began(before, why or "take-off")
         self._tell(RESTARTED, why=why)
         self._tell("scene")
+
+    def _good_now(self) -> FlightSetup | None:
+        """Whose gains flew well: those of these flights, else of those before; None where there are none."""
+        gains = good_gains(self.live)
+        return self._good if gains is None else replace(self.live.setup, gains=gains)
 
     def here(self) -> Place:
         """What repeats the flights up to now."""
@@ -97,8 +103,12 @@ class BranchingFlights:
         self.branches = self.branches.acted(before, words, kind)
 
     def scores(self) -> dict[str, Any]:
-        """The scores so far (`LiveFlights.scores`), and of what: the branch `here`, `until` a time, s."""
-        return {**self.live.scores(), "here": self.branches.here, "until": self.live.time}
+        """The scores so far (`LiveFlights.scores`), and of what: the branch `here`, `until` a time, s.
+
+        `over` says whether there is no more to come.
+        """
+        of = {"here": self.branches.here, "until": self.live.time, "over": self.live.over}
+        return {**self.live.scores(), **of}
 
     def rewind(self, time: float) -> None:
         """Go back to a time (s); what comes then is flown anew, without what people did from that time on."""

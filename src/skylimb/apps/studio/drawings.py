@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,12 +10,45 @@ import numpy as np
 
 from skylimb.base.errors import ConfigError
 from skylimb.base.files import first_free, replace_text
+from skylimb.base.sources import Source
 from skylimb.control.missions.frame import ContactFrame
 from skylimb.control.planning.drawing import clean
+from skylimb.control.planning.drawing_sources import svg_strokes
 from skylimb.simulation.surfaces import Surface
 
 FOLDER = "drawings"
 """Below a session's folder."""
+
+SHAPE, FILE, TEXT, FONT = (f"trajectory.{name}" for name in ("shape", "file", "text", "font"))
+"""Keys of a path that is a drawing, and of what is drawn."""
+
+
+def drawn_last(keys: Mapping[str, Any]) -> dict[str, Any]:
+    """Keys that change, and what goes with them: a drawing is of a file or of words, whichever came last."""
+    other = {FILE: TEXT, TEXT: FILE}
+    return {**{other[key]: "" for key in other.keys() & keys.keys() if keys[key]}, **keys}
+
+
+def without(keys: Mapping[str, Any], placed: Mapping[str, Any], first: Mapping[str, Any]) -> dict[str, Any]:
+    """Keys of the experiment without the size and place that a drawing by hand had.
+
+    Args:
+        keys: that are flown; what was changed after the drawing stays.
+        placed: those that the drawing gave.
+        first: that were given when the studio began, and come back.
+    """
+    gone = {key for key, value in placed.items() if keys.get(key) == value}
+    kept = {key: value for key, value in keys.items() if key not in gone}
+    return kept | {key: first[key] for key in gone & first.keys()}
+
+
+def require_svg(svg: str, name: str) -> None:
+    """Check that an SVG text can be drawn; `name` is that of its file.
+
+    Raises:
+        ConfigError: where it cannot.
+    """
+    svg_strokes(Source(Path(name), svg.encode()), name)
 
 
 def strokes_as_svg(

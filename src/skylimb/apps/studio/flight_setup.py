@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -38,6 +38,15 @@ class FlightSetup:
         """The same with some keys of the experiment changed."""
         return replace(self, keys={**self.keys, **keys})
 
+    def with_controllers(self, controllers: Sequence[str | Controller | None]) -> FlightSetup:
+        """The same flown by other controllers; one that stays keeps its gains."""
+        given = self.gains or ({},) * len(self.controllers)
+        left, gains = list(zip(self.controllers, given, strict=True)), list[Mapping[str, Any]]()
+        for one in controllers:
+            own = next((at for at, (other, _) in enumerate(left) if _same(one, other)), None)
+            gains.append({} if own is None else left.pop(own)[1])
+        return replace(self, controllers=tuple(controllers), gains=tuple(gains) if any(gains) else ())
+
     def takeoffs(self) -> list[Takeoff]:
         """One take-off for each controller.
 
@@ -50,3 +59,8 @@ class FlightSetup:
             settings = {**self.keys, **{f"{PREFIX}{key}": value for key, value in own.items()}}
             found += take_off(self.experiment, (controller,), self.seed, settings)
         return found
+
+
+def _same(one: str | Controller | None, other: str | Controller | None) -> bool:
+    """Whether two name the same controller; of controllers at hand, whether they are one."""
+    return one is other or (isinstance(one, str) and isinstance(other, str) and one == other)

@@ -8,6 +8,7 @@ from typing import Any
 
 from skylimb.apps.studio.changes import with_gain
 from skylimb.apps.studio.controls import IN_FLIGHT, PREFIX, values_of
+from skylimb.apps.studio.drawings import TEXT, drawn_last
 from skylimb.apps.studio.flight_setup import FlightSetup
 from skylimb.apps.studio.live_flight import LiveFlight
 from skylimb.apps.studio.live_flights import LiveFlights
@@ -68,7 +69,7 @@ def key_edit(live: LiveFlights, key: str, value: Any, flight: int | None, entry:
     control = live.known.get(key)
     if control is None:
         raise unknown_name("key that can be set here", key, live.known)
-    if isinstance(value, str) and value not in control["choices"] and _names_a_file(value):
+    if isinstance(value, str) and value not in control["choices"] and key != TEXT and _names_a_file(value):
         raise ConfigError(f"{key} = '{value[:60]}' names a file; name it on the command line with --set")
     having = control.get("flights", [None])
     chosen = having if flight is None else [flight]
@@ -78,7 +79,7 @@ def key_edit(live: LiveFlights, key: str, value: Any, flight: int | None, entry:
     values = {(key, one): _with_entry(value_now(live, key, one), entry, value, key) for one in chosen}
     words = f"{key.removeprefix(PREFIX)} to {brief(value)}"
     # A key is kept by the next take-off; a gain is for as long as its flight has it.
-    setup = live.setup if "flights" in control else live.setup.with_keys({key: values[key, None]})
+    setup = live.setup if "flights" in control else live.setup.with_keys(drawn_last({key: values[key, None]}))
     if _acts_in_flight(live, values):
         return Edit(words, setup, _experiments(live, values))
     gains = [dict(own) for own in live.gains()]
@@ -89,29 +90,30 @@ def key_edit(live: LiveFlights, key: str, value: Any, flight: int | None, entry:
     return Edit(words, replace(setup, gains=tuple(gains)))
 
 
-def back_edit(live: LiveFlights, to: Values, first: Mapping[str, Any], key: str | None, words: str) -> Edit:
+def back_edit(live: LiveFlights, preset: Values | None, first: Mapping[str, Any], key: str | None) -> Edit:
     """A key, or every key (None), gets back a value that it had.
 
     Args:
         live: the flights.
-        to: the values that they had; a key without one there stays as it is.
+        preset: the values of what nobody has changed; None for those at take-off.
         first: keys of the experiment that were given when the studio began.
         key: that is brought back.
-        words: where to.
 
     Raises:
         ConfigError: when nothing of it has changed.
     """
-    names = list(live.known) if key is None else [key]
+    names, to_preset = list(live.known) if key is None else [key], preset is not None
+    to = values_at_takeoff(live) if preset is None else preset
     values = {
         at: value
         for at, value in to.items()
-        if at[0] in names
-        and at in values_at_takeoff(live)
-        and as_value(value) != as_value(value_now(live, *at))
+        if at[0] in names and as_value(value) != as_value(value_now(live, *at))
     }
-    words = f"{key or 'everything'} back to {words}"
-    if _acts_in_flight(live, values):
+    # Keys that are no controls, such as files, go with all others.
+    unseen = {name for name in live.begun.keys.keys() - live.known.keys() if key is None and to_preset}
+    unseen -= {name for name in unseen if live.begun.keys[name] == first.get(name)}
+    words = f"{key or 'everything'} back to {'the preset' if to_preset else 'take-off'}"
+    if not unseen and _acts_in_flight(live, values):
         return Edit(words, live.setup, _experiments(live, values))
     gains = [dict(own) for own in live.gains()]
     for name, number in values:
@@ -119,7 +121,7 @@ def back_edit(live: LiveFlights, to: Values, first: Mapping[str, Any], key: str 
             gain = name.removeprefix(PREFIX)
             gains[number] = _without_law(gains[number], gain)
             gains[number].pop(gain, None)
-    changed = {name for name, number in values if number is None}
+    changed = unseen | {name for name, number in values if number is None}
     keys = {name: value for name, value in live.setup.keys.items() if name not in changed}
     keys |= {name: first[name] for name in changed & first.keys()}
     return Edit(words, replace(live.setup, keys=keys, gains=tuple(gains)))

@@ -53,14 +53,32 @@ class Speed(Command, tag="speed", frozen=True):
     times: Annotated[float, Meta(ge=0.1, le=20.0)]
 
 
+class Step(Command, tag="step", frozen=True):
+    """Fly one tick of a flight that is paused."""
+
+
 class Restart(Command, tag="restart", frozen=True):
     """Take off again."""
 
 
+class Change(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What a key of the experiment, or a gain of one flight or of all that have it, is to be.
+
+    Attributes:
+        entry: the one that is meant, of a vector; the others stay.
+    """
+
+    key: KeyName
+    value: Value
+    flight: FlightNumber | None = None
+    entry: Annotated[int, Meta(ge=0, le=63)] | None = None
+
+
 class Rewind(Command, tag="rewind", frozen=True):
-    """Go back to a time (s) and fly on from there."""
+    """Go back to a time (s) and fly on from there, with changes that act from then on."""
 
     time: Annotated[float, Meta(ge=0.0, le=1e5)]
+    changes: Annotated[list[Change], Meta(max_length=200)] = []
 
 
 class Undo(Command, tag="undo", frozen=True):
@@ -135,10 +153,16 @@ class Keep(Command, tag="keep", frozen=True):
 
 
 class Draw(Command, tag="draw", frozen=True):
-    """Draw strokes, (u, v) in m on the surface, or an SVG's text; the flight takes off again with it."""
+    """Draw strokes, (u, v) in m on the surface, or an SVG (its text, and its file's name), or words.
+
+    The flight takes off again with it.
+    """
 
     strokes: Annotated[list[list[tuple[Metres, Metres]]], Meta(max_length=400)] | None = None
     svg: Annotated[str, Meta(max_length=LONGEST)] | None = None
+    name: Annotated[str, Meta(max_length=200)] = "drawing.svg"
+    text: Annotated[str, Meta(min_length=1, max_length=400)] | None = None
+    font: Annotated[str, Meta(max_length=40)] = ""
 
 
 class Scores(Command, tag="scores", frozen=True):
@@ -156,8 +180,8 @@ class Got(Command, tag="got", frozen=True):
 
 
 Commands = (
-    Pause | Speed | Restart | Rewind | Undo | Redo | Jump | Set | Back | Recover | Poke | Release | Surface
-    | Controllers | Keep | Draw | Scores | TakeOver | Got
+    Pause | Speed | Step | Restart | Rewind | Undo | Redo | Jump | Set | Back | Recover | Poke | Release
+    | Surface | Controllers | Keep | Draw | Scores | TakeOver | Got
 )  # fmt: skip
 
 OF_A_STATE = (Rewind, Jump, Set, Back, Surface)
@@ -187,7 +211,7 @@ def read_command(message: str | bytes) -> Any:
 
 
 def _check_drawing(command: Draw) -> None:
-    if (command.strokes is None) == (command.svg is None):
-        raise ConfigError("a drawing is either strokes or an SVG")
+    if sum(one is not None for one in (command.strokes, command.svg, command.text)) != 1:
+        raise ConfigError("a drawing is either strokes, or an SVG, or words")
     if command.strokes is not None and sum(map(len, command.strokes)) > _MOST_POINTS:
         raise ConfigError(f"a drawing has at most {_MOST_POINTS} points")

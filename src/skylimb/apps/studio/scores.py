@@ -20,9 +20,12 @@ def score_table(flights: Mapping[str, LiveFlight]) -> dict[str, Any]:
 
     Returns:
         `flights`, the names; `groups`, each with its `title` and `rows`, each of those with `label`, `unit`
-        and one text a flight, `values`.
+        and one text a flight, `values`; `missed`, what flights that came to their end did not do as
+        commanded, by their names.
     """
     runs = [_scored(flight) for flight in flights.values()]
+    judged = [(name, run) for (name, flight), run in zip(flights.items(), runs, strict=True) if flight.over]
+    missed = {name: run.missed for name, run in judged if run.missed and not run.failed}
     axes = common_names(run.log for run in runs)
     groups = []
     for title, part in shown_scores(runs).items():
@@ -31,7 +34,7 @@ def score_table(flights: Mapping[str, LiveFlight]) -> dict[str, Any]:
             values = [score.printed(run.metrics.get(score.name)) for run in runs]
             rows.append({"label": score.line(axes), "unit": score.unit, "values": values})
         groups.append({"title": title, "rows": rows})
-    return {"flights": list(flights), "groups": groups}
+    return {"flights": list(flights), "groups": groups, "missed": missed}
 
 
 def _scored(flight: LiveFlight) -> Run:

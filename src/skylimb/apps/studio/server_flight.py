@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import math
 import queue
+import secrets
 import time
 from collections.abc import Callable
 from typing import Any
@@ -48,6 +49,7 @@ class FlightThread:
         self._session, self._say = session, say
         self.pacing = Pacing(session.live.period)
         session.say = self._happened
+        self._name = secrets.token_hex(8)  # by which a page knows that another studio answers
         self._commands: queue.Queue[Any] = queue.Queue(_MOST_WAITING)
         self._stopped = self.paused = False
         self._state: dict[str, Any] = {}
@@ -58,8 +60,11 @@ class FlightThread:
         self._acts: dict[type, Callable[[Any], object]] = {
             messages.Pause: lambda c: self._pause(c.paused),
             messages.Speed: lambda c: setattr(self.pacing, "speed", c.times),
+            messages.Step: lambda _: self._step(),
             messages.Restart: lambda _: session.restart(),
-            messages.Rewind: lambda c: session.rewind(c.time),
+            messages.Rewind: lambda c: session.rewind(
+                c.time, [(one.key, one.value, one.flight, one.entry) for one in c.changes]
+            ),
             messages.Undo: lambda _: session.undo(),
             messages.Redo: lambda _: session.redo(),
             messages.Jump: lambda c: session.jump(c.branch),
@@ -72,7 +77,11 @@ class FlightThread:
                 c.position, c.tilt, c.friction, c.stiffness, c.present
             ),
             messages.Keep: lambda c: session.keep(c.name),
-            messages.Draw: lambda c: session.draw(c.strokes if c.svg is None else c.svg),
+            messages.Draw: lambda c: (
+                session.draw(c.strokes if c.svg is None else c.svg, c.name)
+                if c.text is None
+                else session.write(c.text, c.font)
+            ),
             messages.Controllers: lambda c: self._set_controllers(c.names),
             messages.Scores: lambda _: say("scores", session.scores()),
         }
@@ -152,6 +161,7 @@ class FlightThread:
         self._number += 1
         scene = {
             "number": self._number,
+            "studio": self._name,
             "scene": session.live.scene(),
             "controls": session.controls(),
             "controllers": list(session.offered),
@@ -190,6 +200,11 @@ class FlightThread:
     def _pause(self, paused: bool) -> None:
         self.paused = paused
         self.pacing.restart()
+
+    def _step(self) -> None:
+        if not self.paused:
+            raise ConfigError("a flight is flown tick by tick while it is paused")
+        self._session.advance(1)
 
     def _set_controllers(self, names: list[str]) -> None:
         for name in names:

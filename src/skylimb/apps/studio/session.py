@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from skylimb.apps.studio.branching_flights import RESTARTED, BranchingFlights
+from skylimb.apps.studio.branching_flights import RESTARTED
 from skylimb.apps.studio.changes import with_push
-from skylimb.apps.studio.controls import IN_FLIGHT, PREFIX, values_of
-from skylimb.apps.studio.drawings import keep_drawing, strokes_as_svg
+from skylimb.apps.studio.controls import IN_FLIGHT, values_of
+from skylimb.apps.studio.drawing_flights import DrawingFlights
 from skylimb.apps.studio.flight_setup import FlightSetup
-from skylimb.apps.studio.good_gains import good_gains
-from skylimb.apps.studio.key_edits import Edit, as_value, back_edit, key_edit, values_at_takeoff
+from skylimb.apps.studio.key_edits import Edit, as_value, back_edit, key_edit
 from skylimb.apps.studio.live_flight import LiveFlight
+from skylimb.apps.studio.presets import Presets, names_of
 from skylimb.apps.studio.surface_edits import (
     surface_change,
     with_surface,
 )
-from skylimb.base.errors import SkylimbError
+from skylimb.base.errors import ConfigError, SkylimbError
 from skylimb.control.controller import Controller
 from skylimb.flight.events import Push, SurfaceChange
 from skylimb.flight.experiments.experiment import Experiment
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from skylimb.apps.studio.keeping import KeptFlights
 
 
-class Session(BranchingFlights):
+class Session(DrawingFlights):
     """One live flight, or two, of one experiment, in lockstep; one thread calls it.
 
     A method that is handed a value that cannot be raises a `SkylimbError`, and nothing has changed then.
@@ -45,7 +45,7 @@ class Session(BranchingFlights):
 
     Attributes:
         offered: the controllers that a page may name, by the name that it has for each.
-        preset: what every key was when these controllers were chosen, by key and flight; None for all.
+        preset: what every key is as long as nobody changes it, by key and flight; None for all.
     """
 
     def __init__(
@@ -57,14 +57,15 @@ class Session(BranchingFlights):
         out: str | Path = "studio",
     ) -> None:
         setup = FlightSetup(experiment, tuple(controllers) or (None,), seed, dict(set or {}))
-        super().__init__(setup)
-        self.out = Path(out)
+        self._presets = Presets(setup.keys)
+        super().__init__(setup, Path(out))
         self._reports: list[KeptFlights] = []
-        self.preset = values_at_takeoff(self.live)
-        self._keys = self.live.setup.keys
-        own = zip(self.live.setup.controllers, self.live.flights, strict=True)
-        self.offered = {name_of(given, flight): given for given, flight in own}
+        self.offered = dict(zip(self.flown, setup.controllers, strict=True))
         self.offered |= {name: name for name in list_controllers() if name not in self.offered}
+
+    def _begin(self, setup: FlightSetup) -> None:
+        super()._begin(setup)
+        self.preset = self._presets.of(self.live)
 
     def controls(self) -> list[dict[str, Any]]:
         """Every gain and key as a control (`controls_of`), with its `preset`: one for each flight."""
@@ -79,8 +80,7 @@ class Session(BranchingFlights):
     @property
     def flown(self) -> list[str]:
         """The controllers that fly, by the names under which they are offered."""
-        given = zip(self.live.setup.controllers, self.live.flights, strict=True)
-        return [name_of(one, flight) for one, flight in given]
+        return names_of(self.live)
 
     # What people do.
 
@@ -95,10 +95,24 @@ class Session(BranchingFlights):
         """
         return self._do(key_edit(self.live, key, value, flight, entry), f"{key} {flight}")
 
+    def rewind(self, time: float, changes: Iterable[tuple[str, Any, int | None, int | None]] = ()) -> None:
+        """Go back to a time (s), and fly on from there with changes, without what came after it.
+
+        Args:
+            time: since take-off, s.
+            changes: each as `set_key` takes it.
+        """
+        super().rewind(time)
+        try:
+            for change in changes:
+                self.set_key(*change)
+        except SkylimbError:
+            self.undo()
+            raise
+
     def back(self, to_preset: bool, key: str | None = None) -> None:
         """Bring a key, or every key, back to what it was at take-off or before anybody changed it here."""
-        to, words = (self.preset, "the preset") if to_preset else (values_at_takeoff(self.live), "take-off")
-        self._do(back_edit(self.live, to, self._keys, key, words), "")
+        self._do(back_edit(self.live, self.preset if to_preset else None, self.begun_with, key), "")
 
     def _do(self, edit: Edit, kind: str) -> str:
         """Fly on with a change of keys, or take off anew with it."""
@@ -111,6 +125,7 @@ class Session(BranchingFlights):
 
     def poke(self, link: str, point: Sequence[float], force: Sequence[float]) -> None:
         """Push with a force (N, W) at a point (m) of a link, in its axes, until it is changed or released."""
+        self._require_going()
         if not any(force):
             self.release()
             return
@@ -160,15 +175,20 @@ class Session(BranchingFlights):
         self._change_surface(surface_change(self.live.time, shown.experiment, position, tilt, **material))
 
     def _change_surface(self, change: SurfaceChange) -> None:
+        self._require_going()
         going = {one: with_surface(one.experiment, change) for one in self.live.going}
         self._branch(going, change.words, f"surface {sorted(change.changed)}")
+
+    def _require_going(self) -> None:
+        if self.live.over:
+            raise ConfigError("the flight is over; take off again (R)")
 
     def restart(self) -> None:
         """Fly again from take-off; gains keep what they were changed to, pushes and moves are left out."""
         self._begin_again(self._setup_now(), "")
 
     def set_controllers(self, controllers: Sequence[str | Controller]) -> None:
-        """Fly these controllers beside each other, from take-off, with their own gains.
+        """Fly these controllers beside each other, from take-off; one that stays keeps its gains.
 
         Args:
             controllers: those that are offered by their names, or others.
@@ -177,15 +197,13 @@ class Session(BranchingFlights):
             self.offered.get(one, one) if isinstance(one, str) else one
             for one in controllers or (DEFAULT_CONTROLLER,)
         )
-        self._begin_again(replace(self.live.setup, controllers=given, gains=()), "", "other controllers")
-        self._good = None
-        gains = {at: value for at, value in values_at_takeoff(self.live).items() if at[0].startswith(PREFIX)}
-        self.preset = {at: value for at, value in self.preset.items() if at[1] is None} | gains
+        self._begin_again(self._setup_now().with_controllers(given), "", "other controllers")
 
     def recover(self) -> None:
         """Take off again with the last gains that flew well (`good_gains`), else with those of the preset."""
-        gains = good_gains(self.live) or self._good or ()
-        self._begin_again(replace(self.live.setup, gains=gains), "the last good gains")
+        good, setup = self._good_now(), self.live.setup
+        gains = good.with_controllers(setup.controllers).gains if good else ()
+        self._begin_again(replace(setup, gains=gains), "the last good gains")
 
     def keep(self, name: str = "") -> KeptFlights:
         """Keep the flights so far in a folder below `out`; see `keeping.keep`. They go on."""
@@ -195,30 +213,6 @@ class Session(BranchingFlights):
         self._reports.append(kept)
         self._tell("kept", folder=str(kept.folder), commands=kept.commands)
         return kept
-
-    def draw(self, drawing: str | Sequence[Sequence[Sequence[float]]]) -> Path:
-        """Draw on the surface, from take-off.
-
-        Args:
-            drawing: the text of an SVG file, in the size and at the place that the experiment's path has; or
-                strokes of points (u, v) in the surface's axes, m, drawn where they are.
-
-        Returns:
-            The SVG file that was kept.
-        """
-        takeoff, keys = self.live.flights[0].takeoff, dict[str, Any]()
-        if isinstance(drawing, str):
-            svg = drawing
-        else:
-            svg, keys = strokes_as_svg(drawing, takeoff.experiment.surface, takeoff.mission.frame)
-        path = keep_drawing(svg, self.out)
-        keys |= {"trajectory.shape": "drawing", "trajectory.file": str(path.resolve()), "trajectory.text": ""}
-        try:
-            self._begin_again(self._setup_now().with_keys(keys), "a new drawing")
-        except SkylimbError:
-            path.unlink()
-            raise
-        return path
 
     def poll(self) -> None:
         """Look after what goes on beside the flights: edited files of controllers, reports, a full disk.
@@ -239,14 +233,3 @@ class Session(BranchingFlights):
             names = ", ".join(edited)
             flying = f"What flies is {names} as it was at {self._begun:%H:%M:%S}."
             self._try(None, lambda: self._begin_again(self._setup_now(), f"{names} was edited"), flying)
-
-    # How it is done.
-
-    def _setup_now(self) -> FlightSetup:
-        """What is flown, with the gains as they have become."""
-        return replace(self.live.setup, gains=self.live.gains())
-
-
-def name_of(given: str | Controller | None, flight: LiveFlight) -> str:
-    """The name under which a controller is offered: as it was given, else its own."""
-    return given if isinstance(given, str) else flight.takeoff.controller.name

@@ -50,15 +50,20 @@ def svg_strokes(source: Source, file: str) -> Strokes:
         read_xml(source.content, document_type=True)
     except ValueError as error:
         raise ConfigError(f"'{file}' is not a readable SVG file: {error}") from None
-    return clean(_lines(source.content, f"SVG file '{file}'"), f"SVG file '{file}'")
+    what = f"SVG file '{file}'"
+    try:
+        lines = _lines(source.content)
+    except ConfigError as error:
+        raise ConfigError(f"{what} {error}") from None
+    return clean(lines, what)
 
 
 @functools.lru_cache(maxsize=8)
-def _lines(content: bytes, what: str) -> list[np.ndarray]:
-    """What `svg_lines` finds, in a process whose time and memory are limited."""
-    command = [sys.executable, "-m", svg_lines.__name__, what, str(svg_lines.SECONDS)]
+def _lines(content: bytes) -> list[np.ndarray]:
+    """What `svg_lines` finds, in a process whose time and memory are limited; its errors name no file."""
+    command = [sys.executable, "-m", svg_lines.__name__, "", str(svg_lines.SECONDS)]
     environment = {**os.environ, **_ONE_THREAD, "PYTHONPATH": os.pathsep.join(sys.path)}
-    words = f"{what} {svg_lines.TOO_MUCH}"
+    words = svg_lines.TOO_MUCH
     with suppress(subprocess.TimeoutExpired):
         done = subprocess.run(
             command,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -133,10 +133,14 @@ class Running:
 
 @contextmanager
 def running(
-    out: Path, *controllers: str, token: str = "", experiment: str = "free_flight"
+    out: Path,
+    *controllers: str,
+    token: str = "",
+    experiment: str = "free_flight",
+    keys: Mapping[str, Any] | None = None,
 ) -> Iterator[Running]:
     """A studio, until the end of the block."""
-    session = Session(experiment, controllers, out=out)
+    session = Session(experiment, controllers, keys, out=out)
     with StudioServer("127.0.0.1", 0, token) as server:
         found = Running(server, session)
         found.start()
