@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import signal
+import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
@@ -17,6 +19,7 @@ import skylimb
 from short_flights import HOLD
 from skylimb.analysis.report.controller_replay import differences
 from skylimb.apps.cli.main import main
+from skylimb.base.aside import UNREAD
 from skylimb.base.errors import ConfigError, OutputError
 from skylimb.base.interrupts import answering
 from skylimb.flight.realtime.fly_on_clock import ClockedFlight
@@ -192,6 +195,36 @@ def test_on_the_ground_the_commands_stop_once_the_thrusts_are_low(scale: float) 
     assert over.run.status == "OK"
     assert 100 < len(stood) < 2000
     assert 0.5 * thrusts[100] < thrusts[-1] < 0.8 * thrusts[100]
+
+
+def test_a_terminal_that_goes_away_lands_the_robot_and_ctrl_z_stops_no_flight() -> None:
+    frozen: list[Any] = []
+
+    def gone(k: int, robot: SimulatedRobot, far: End) -> None:
+        if k in (100, 101, 120):  # a shell says it again
+            signal.raise_signal(signal.SIGHUP)
+        frozen.append(signal.getsignal(signal.SIGTSTP))
+
+    with pytest.warns(UserWarning, match="the robot is led back and down"):
+        over, robot = flown(before=gone)
+    assert over.run.cause == ENDED
+    assert robot.position()[2] < 0.05
+    assert set(frozen) == {signal.SIG_IGN}
+
+
+def test_a_reader_who_is_gone_ends_no_flight(monkeypatch: pytest.MonkeyPatch) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+
+    def says(k: int, robot: SimulatedRobot, far: End) -> None:
+        if k == 100:
+            print("a word", flush=True)
+
+    with os.fdopen(writer, "w", buffering=1) as stream, monkeypatch.context() as patch:
+        patch.setattr(sys, "stdout", stream)
+        over, _ = flown(before=says)
+    assert over.run.status == "OK"
+    assert over.faults == {UNREAD: 1}
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

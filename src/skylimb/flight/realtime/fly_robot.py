@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from skylimb.analysis.exchange.recorder import FlightRecorder
+from skylimb.base.aside import UNREAD, said_aside
 from skylimb.base.errors import ConfigError
-from skylimb.base.interrupts import ENDS, answering_first
+from skylimb.base.interrupts import ENDS, answering_first, unfrozen
 from skylimb.control.controller import Controller
 from skylimb.control.corrections import Calibrated
 from skylimb.control.loop.flight import Flight, flown_mission, mission_signals
@@ -69,7 +70,8 @@ def fly_robot(
     """Fly the mission of an experiment with a robot that hovers behind a link; at its end the robot lands.
 
     Commands stop when it has landed (`landing`). Ctrl-C, or the end that the system asks for, lands it too; a
-    second one stops the commands. A robot has to do something sensible when they stop at any time.
+    second one stops the commands. So does a terminal that goes away, however often; Ctrl-Z does nothing. Who
+    reads what is said holds up no tick. A robot has to do something sensible when commands stop at any time.
 
     Args:
         link: to the robot.
@@ -102,12 +104,13 @@ def fly_robot(
     )
     told = unprotected(plan.robot, plan.needs.vectoring, limits)
     look = Look(plan.robot, vehicle, clock, start or StartLimits(), calibration, patience, told)
-    flight, whole = _fly(plan, guard, vehicle, clock, progress, recorder, look, listen, limits.floor)
+    with said_aside() as words:
+        flight, whole = _fly(plan, guard, vehicle, clock, progress, recorder, look, listen, limits.floor)
     values = {name: flight.signal(name) for name in flight.layout.slices}
     values |= mission_signals(flown_mission(whole, flight), flight.ticks)
     times = np.arange(flight.ticks) * plan.period
     run = documented(flight_run(plan, values, times, flight.cause), plan)
-    faults = {**guard.counts, **vehicle.counts}
+    faults = {**guard.counts, **vehicle.counts, **({UNREAD: words.lost} if words.lost else {})}
     return ClockedFlight(run, timing_of(flight, plan.period), faults)
 
 
@@ -140,7 +143,7 @@ def _fly(
     ticks = RecordedTicks(recorder, plan, driver.layout)
     landing: Landing | None = None
     flown, cause, ended = 0, "", list[int]()
-    with answering_first(ENDS, lambda number, _: ended.append(number)):
+    with answering_first(ENDS, lambda number, _: ended.append(number)), unfrozen():
         for k in ticks_on_clock(clock):
             at, flown = driver.tick(k), k + 1
             ticks.flown(k, driver.log[k])
