@@ -24,7 +24,7 @@ from skylimb.base.errors import ConfigError, OutputError
 from skylimb.base.interrupts import answering
 from skylimb.flight.realtime.fly_on_clock import ClockedFlight
 from skylimb.flight.realtime.fly_robot import ENDED, fly_robot
-from skylimb.flight.realtime.link import Datagram
+from skylimb.flight.realtime.link import Datagram, RemoteVehicle
 from skylimb.flight.realtime.pacer import Pacer
 from skylimb.flight.realtime.preflight import StartLimits
 from skylimb.flight.realtime.simulated_robot import SimulatedRobot, serve_plant
@@ -338,6 +338,29 @@ def test_a_check_commands_nothing(capsys: pytest.CaptureFixture[str]) -> None:
     for name in ("attitude", "motion", "fence", "age of state", "clock of state", "disk"):
         assert f"ok  {name}: " in said
     assert main(["fly", "paper", "--realtime", "--check"]) == 2
+
+
+def test_what_would_end_the_loop_lands_the_robot_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The log fails, as one of a user's own vehicle may."""
+    there, robots = list[float](), list[SimulatedRobot]()
+    record = RemoteVehicle.record
+
+    def fails(vehicle: RemoteVehicle, *given: Any) -> Any:
+        if len(there) > 100:
+            raise ZeroDivisionError("no log")
+        return record(vehicle, *given)
+
+    def follow(k: int, robot: SimulatedRobot, far: End) -> None:
+        there.append(float(robot.position()[2]))
+        robots[:] = [robot]
+
+    monkeypatch.setattr(RemoteVehicle, "record", fails)
+    with pytest.raises(ZeroDivisionError, match="no log") as raised:
+        flown(before=follow)
+    assert raised.value.__notes__ == ["the robot was led back and down before this was raised"]
+    assert there[100] > 0.9
+    assert robots[0].position()[2] < 0.05
+    assert np.diff(there).min() > -0.6 * robots[0]._period  # it did not fall
 
 
 def test_a_robot_that_leaves_its_fence_is_led_back_and_down() -> None:

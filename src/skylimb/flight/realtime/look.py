@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -81,14 +82,22 @@ class Look:
             felt = Imu(np.array(state.imu_angular_velocity), np.array(state.imu_specific_force))
             self._imu.take(body.R_W_link @ mount, mount.T @ body.rates_link, felt)
 
-    def outside(self, driver: FreeDriver, k: int) -> str:
-        """How the robot was beyond the fence at tick `k`; empty where it was not, or nobody knows."""
-        place = self.place(driver, k)
+    def outside(self, seen: Sequence[np.ndarray]) -> str:
+        """How it was beyond the fence, measured so (see `place`); empty where it was not, or nobody knows."""
+        place = self.place(seen)
         outside = "" if place is None else self._limits.outside(place)
         return outside and f"beyond the fence: {outside}"
 
-    def place(self, driver: FreeDriver, k: int) -> np.ndarray | None:
-        """Its centre of gravity at tick `k` as measured, W, m, (3,); None where that is no number."""
-        row, places = driver.log[k], driver.layout.slices
-        seen = [row[places[name]] for name in MEASURED[:6]]
+    def place(self, seen: Sequence[np.ndarray]) -> np.ndarray | None:
+        """Its centre of gravity, W, m, (3,); None where it was not measured.
+
+        Args:
+            seen: the first six entries of a measurement.
+        """
         return self._bodies.of(seen).cog if np.isfinite(np.hstack(seen)).all() else None
+
+
+def measured_at(driver: FreeDriver, k: int) -> list[np.ndarray]:
+    """The first six entries of what was measured at tick `k`."""
+    row, places = driver.log[k], driver.layout.slices
+    return [row[places[name]] for name in MEASURED[:6]]
