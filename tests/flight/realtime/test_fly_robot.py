@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import math
 import os
 import signal
 import sys
@@ -305,6 +307,52 @@ def test_a_robot_that_is_not_ready_is_not_flown_and_says_why() -> None:
         assert words in str(refused.value)
 
 
+def turned_by(angle: float) -> Callable[[dict[str, Any]], None]:
+    """The same world, seen by a capture that is turned about W's z."""
+    c, s = math.cos(angle), math.sin(angle)
+    half, up = math.cos(0.5 * angle), math.sin(0.5 * angle)
+
+    def spoil(fields: dict[str, Any]) -> None:
+        for name in ("position", "velocity"):
+            x, y, z = fields[name]
+            fields[name] = (c * x - s * y, s * x + c * y, z)
+        w, x, y, z = fields["quaternion"]
+        fields["quaternion"] = (half * w - up * z, half * x - up * y, half * y + up * x, half * z + up * w)
+
+    return spoil
+
+
+def moved(fields: dict[str, Any]) -> None:
+    x, y, z = fields["position"]
+    fields["position"] = (x + 1.5, y, z)
+
+
+def bent(fields: dict[str, Any]) -> None:
+    fields["angles"] = [fields["angles"][0] + 0.2, *fields["angles"][1:]]
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (
+            moved,
+            r"place: 1\.5\d? m from the mission's beginning \(at most 0\.1; lead it to \(0\.39, ",
+        ),
+        (
+            turned_by(3.0),
+            r"heading: 3 rad from the mission's beginning \(at most 0\.3; lead it to yaw ",
+        ),
+        (turned_by(-0.35), "heading: 0.35 rad"),
+        (bent, r"joints: 0\.2\d* rad from the mission's beginning \(at most 0\.1; lead it to \(1\.\d\d, "),
+    ],
+)
+def test_a_robot_that_is_not_where_its_mission_begins_is_not_flown(
+    spoil: Callable[[dict[str, Any]], None], words: str
+) -> None:
+    with pytest.raises(ConfigError, match=words):
+        flown(spoil=spoil)
+
+
 def test_a_robot_whose_imu_is_wrong_is_not_flown() -> None:
     def upside_down(fields: dict[str, Any]) -> None:
         fields |= {"imu_angular_velocity": (0.0, 0.0, 0.0), "imu_specific_force": (0.0, 0.0, -9.81)}
@@ -325,17 +373,28 @@ def test_a_check_commands_nothing(capsys: pytest.CaptureFixture[str]) -> None:
             simulated.act()
             simulated.sense()
 
+    asked = ["--set", *(f"{key}={json.dumps(value)}" for key, value in HOLD.items())]
     standing = threading.Thread(target=stand)
     standing.start()
     try:
-        assert main(["fly", "paper", "--udp", f"{host}:{port}", "--check"]) == 0
+        assert main(["fly", "paper", "--udp", f"{host}:{port}", "--check", *asked]) == 0
     finally:
         over.set()
         standing.join()
         robot.close()
     said = capsys.readouterr().out
     assert simulated.flown == 0
-    for name in ("attitude", "motion", "fence", "age of state", "clock of state", "disk"):
+    for name in (
+        "attitude",
+        "motion",
+        "fence",
+        "place",
+        "heading",
+        "joints",
+        "age of state",
+        "clock of state",
+        "disk",
+    ):
         assert f"ok  {name}: " in said
     assert main(["fly", "paper", "--realtime", "--check"]) == 2
 

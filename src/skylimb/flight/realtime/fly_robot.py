@@ -105,7 +105,8 @@ def fly_robot(
         plan.robot, link, clock.clock, lambda time: guard.taken(*[time - clock.started] * 2), plan.needs.imu
     )
     told = unprotected(plan.robot, plan.needs.vectoring, limits)
-    look = Look(plan.robot, vehicle, clock, start or StartLimits(), calibration, patience, told)
+    first, begins = plan.mission.first, start or StartLimits()
+    look = Look(plan.robot, vehicle, clock, first, begins, calibration, patience, told)
     with said_aside() as words:
         flight, whole = _fly(plan, guard, vehicle, clock, progress, recorder, look, listen, limits.floor)
     values = {name: flight.signal(name) for name in flight.layout.slices}
@@ -185,7 +186,8 @@ def check_robot(
     clock = Pacer(plan.period)
     vehicle = RemoteVehicle(plan.robot, link, clock.clock)
     told = unprotected(plan.robot, plan.needs.vectoring, plan.experiment.supervisor)
-    return Look(plan.robot, vehicle, clock, start or StartLimits(), calibration, patience, told).found(LOOK)
+    first, limits = plan.mission.first, start or StartLimits()
+    return Look(plan.robot, vehicle, clock, first, limits, calibration, patience, told).found(LOOK)
 
 
 def _ended(signals: list[int]) -> str:
