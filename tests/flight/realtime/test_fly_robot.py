@@ -342,7 +342,7 @@ def bent(fields: dict[str, Any]) -> None:
             turned_by(3.0),
             r"heading: 3 rad from the mission's beginning \(at most 0\.3; lead it to yaw ",
         ),
-        (turned_by(-0.35), "heading: 0.35 rad"),
+        (turned_by(-0.35), r"heading: 0.35\d* rad"),
         (bent, r"joints: 0\.2\d* rad from the mission's beginning \(at most 0\.1; lead it to \(1\.\d\d, "),
     ],
 )
