@@ -173,7 +173,7 @@ def test_without_a_gyro_rates_are_differences_of_attitudes() -> None:
     np.testing.assert_allclose(R.T @ found.angular_velocity, [0.1, 0.2, 0.3], atol=1e-9)
 
 
-def test_of_each_sensor_only_the_first_sender_counts() -> None:
+def test_of_each_sensor_one_sender_counts() -> None:
     heard: list[Arrived] = []
     sorter = MessageSorter(6, heard.append)
     sorter.sort([Arrived("imu", 1, "/a", 0.0), Arrived("imu", 2, "/b", 0.0), Arrived("imu", 3, "/a", 0.0)])
@@ -183,6 +183,25 @@ def test_of_each_sensor_only_the_first_sender_counts() -> None:
         [Arrived("flight_config_ack", 1, "/a", 0.0), Arrived("skylimb/mission", "x", "/u", 0.0)]
     )
     assert (sorted_.acknowledged, sorted_.mission) == (1, "x")
+
+
+def test_a_sensor_that_is_started_anew_is_listened_to_once_the_first_is_silent() -> None:
+    """Its name is another one: on ROS 2 always, on ROS 1 of an anonymous node."""
+    heard: list[Arrived] = []
+    sorter = MessageSorter(6, heard.append)
+    for k in range(100):
+        both = [Arrived("mocap/pose", k, name, 0.01 * k) for name in ("/a", "/b")]
+        sorter.sort(both if k < 20 else both[1:])
+    assert [one.sender for one in heard] == ["/a"] * 20 + ["/b"] * 60  # 0.2 s later
+    assert sorter.counts == {
+        "second publisher of mocap/pose": 40,
+        "another publisher of mocap/pose is listened to": 1,
+    }
+    acknowledged = [
+        sorter.sort([Arrived("flight_config_ack", 1, name, at)]).acknowledged
+        for name, at in (("/a", 0.0), ("/b", 1.0), ("/b", 2.1))
+    ]
+    assert acknowledged == [1, None, 1]
 
 
 def test_servos_are_read_in_their_own_counts() -> None:
