@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from skylimb.base.interrupts import answering, raising_again
+from skylimb.base.interrupts import ENDS, FREEZES, answering, answering_first, raising_again, unfrozen
 from skylimb.control.planning.nlp import ipopt, search
 
 
@@ -36,6 +36,38 @@ def test_another_thread_answers_nothing() -> None:
     thread.start()
     thread.join()
     assert seen == [before]
+
+
+def test_of_a_terminal_that_goes_away_one_signal_counts_however_many_come() -> None:
+    heard, later = [], []
+    with (
+        answering(ENDS, lambda number, _: later.append(number)),
+        answering_first(ENDS, lambda number, _: heard.append(number)),
+    ):
+        for _ in range(3):
+            signal.raise_signal(signal.SIGHUP)
+        assert (heard, later) == ([signal.SIGHUP], [])
+        signal.raise_signal(signal.SIGINT)
+    assert (heard, later) == ([signal.SIGHUP], [signal.SIGINT])
+
+
+def test_who_is_to_outlive_its_terminal_does() -> None:
+    heard: list[int] = []
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with answering_first(ENDS, lambda number, _: heard.append(number)):
+            signal.raise_signal(signal.SIGHUP)
+        assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGHUP, before)
+    assert heard == []
+
+
+def test_ctrl_z_stops_nobody_who_must_not_stand_still() -> None:
+    before = signal.getsignal(signal.SIGTSTP)
+    with unfrozen():
+        assert {signal.getsignal(number) for number in FREEZES} == {signal.SIG_IGN}
+    assert signal.getsignal(signal.SIGTSTP) == before
 
 
 def test_ctrl_c_ends_a_search_and_not_just_this_start_of_it() -> None:

@@ -9,17 +9,49 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any
 
-ENDS = (signal.SIGINT, signal.SIGTERM)
-"""Signals that ask for the end: Ctrl-C, and that of the system."""
+
+def _known(*names: str) -> tuple[signal.Signals, ...]:
+    """Those of some signals that this system has."""
+    return tuple(getattr(signal, name) for name in names if hasattr(signal, name))
+
+
+HANG_UP = _known("SIGHUP")
+"""That of a terminal that goes away: its window is closed, or its connection has dropped."""
+
+ENDS = (signal.SIGINT, signal.SIGTERM, *HANG_UP)
+"""Signals that ask for the end: Ctrl-C, that of the system, and that of a terminal that goes away."""
+
+FREEZES = _known("SIGTSTP", "SIGTTIN", "SIGTTOU")
+"""Signals that would stop a process where it stands: Ctrl-Z, and what a terminal sends to the background."""
+
+
+Answer = Callable[[int, FrameType | None], object] | signal.Handlers
+"""Who answers a signal."""
+
+
+def insists(number: int) -> bool:
+    """Whether its sender asks for more with a second signal; of a closed window several come."""
+    return number not in HANG_UP
+
+
+def ignore(numbers: Iterable[int]) -> None:
+    """Ignore these signals from now on, as whoever started this process answers them."""
+    for number in numbers:
+        signal.signal(number, signal.SIG_IGN)
 
 
 @contextmanager
-def answering(numbers: Iterable[int], answer: Callable[[int, FrameType | None], object]) -> Iterator[None]:
-    """Let a function answer these signals. Only the main thread hears them: in any other nothing changes."""
+def answering(numbers: Iterable[int], answer: Answer) -> Iterator[None]:
+    """Let a function answer these signals, or nobody (`signal.SIG_IGN`).
+
+    Only the main thread hears them: in any other nothing changes. Who was started to outlive its terminal
+    (`nohup`) goes on doing so.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = {number: signal.signal(number, answer) for number in numbers}
+    outlives = [number for number in HANG_UP if signal.getsignal(number) == signal.SIG_IGN]
+    before = {number: signal.signal(number, answer) for number in numbers if number not in outlives}
     try:
         yield
     finally:
@@ -31,15 +63,25 @@ def answering(numbers: Iterable[int], answer: Callable[[int, FrameType | None], 
 def answering_first(
     numbers: Iterable[int], answer: Callable[[int, FrameType | None], object]
 ) -> Iterator[None]:
-    """Let a function answer the first of these signals; those after it are answered as they were before."""
+    """Let a function answer the first of these signals; those after it are answered as they were before.
+
+    But for a terminal that goes away: that asks for no more than the first one did.
+    """
     before = {number: signal.getsignal(number) for number in numbers}
 
     def first(number: int, frame: FrameType | None) -> None:
         for one, earlier in before.items():
-            signal.signal(one, earlier)
+            signal.signal(one, earlier if insists(one) else signal.SIG_IGN)
         answer(number, frame)
 
     with answering(before, first):
+        yield
+
+
+@contextmanager
+def unfrozen() -> Iterator[None]:
+    """Nothing stops this process where it stands, as Ctrl-Z would."""
+    with answering(FREEZES, signal.SIG_IGN):
         yield
 
 

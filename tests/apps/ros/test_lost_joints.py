@@ -1,4 +1,4 @@
-"""Joint states are lost or spoilt, and all else is well: the robot is seen, and flies back and down."""
+"""Joint states, or the IMU, are lost, and all else is well: the robot is seen, and flies back and down."""
 
 from __future__ import annotations
 
@@ -43,3 +43,31 @@ def test_a_robot_that_feels_no_joints_flies_back_where_it_is_seen(fault: str) ->
     # By what is believed it does not start again.
     wire.tick("teleop_command/start")
     assert any(words.startswith("start is refused: age of joint angles: ") for words in wire.said)
+
+
+def test_a_robot_whose_imu_is_gone_flies_back_where_it_is_seen() -> None:
+    """Its rates are differences of the attitudes that are seen."""
+    wire = Wire()
+    wire.hover()
+    begun = wire.pacer.time()
+    wire.spoil = lambda one: None if one.topic is topics.IMU else one
+    wire.until(FlightState.LAND, 2.0)
+    assert wire.pacer.time() - begun == pytest.approx(0.5, abs=0.05)
+    flight = wire.pilot.pilot.flight
+    assert flight is not None
+    assert flight._guard.mode == "RETREAT"
+    tilts = list[float]()
+    for _ in range(3000):
+        if wire.pilot.pilot.flying.state == FlightState.STOP:
+            break
+        wire.tick()
+        _, x, y, _ = wire.robot.plant.truth().quaternion
+        tilts.append(2.0 * math.hypot(x, y))
+    assert wire.pilot.pilot.flying.state == FlightState.STOP
+    assert wire.where[-1][2] == pytest.approx(0.15, abs=1e-3)  # it stands
+    assert wire.sinks() < 0.5
+    assert max(tilts) < 0.1
+    assert not wire.pilot.faults["too old"]
+    wire.until(FlightState.ARM_OFF, 1.0)
+    wire.tick("teleop_command/start")
+    assert any(words.startswith("start is refused: age of imu: ") for words in wire.said)

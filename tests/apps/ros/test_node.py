@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
+import sys
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -23,6 +25,7 @@ from skylimb.apps.ros.flyer import Flyer
 from skylimb.apps.ros.messages import Arrived, Outgoing
 from skylimb.apps.ros.node import Node
 from skylimb.apps.ros.states import FlightState
+from skylimb.base.aside import UNREAD
 from skylimb.flight.realtime.pacer import Pacer
 from steered import ready
 
@@ -70,22 +73,26 @@ class Clock:
 
 
 def node(
-    carrier: Carrier, recorder: FlightRecorder | None = None, busy: Callable[[], float] = lambda: 0.0
+    carrier: Carrier,
+    recorder: FlightRecorder | None = None,
+    busy: Callable[[], float] = lambda: 0.0,
+    say: Callable[[str], None] | None = None,
 ) -> tuple[Node, Both, list[str]]:
     takeoff, controller = ready("hybrid")
     pacer, said = Clock(busy).pacer(takeoff.period), list[str]()
     missions = {"paper": takeoff.mission}
     both = Both(takeoff, Flyer(takeoff, controller, missions, lab_link(takeoff.robot), pacer))
     bridge: Any = carrier
-    return Node(both, bridge, pacer, said.append, recorder=recorder), both, said
+    return Node(both, bridge, pacer, say or said.append, recorder=recorder), both, said
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_who_ends_it_lands_it_first(number: signal.Signals, tmp_path: Path) -> None:
     def interrupt() -> None:
         os.kill(os.getpid(), number)
 
-    carrier = Carrier({2: ["teleop_command/start"], 20: ["teleop_command/takeoff"], 1300: interrupt}, 6000)
+    todo = {2: ["teleop_command/start"], 20: ["teleop_command/takeoff"], 1300: interrupt}
+    carrier = Carrier(todo | ({1301: interrupt} if number == signal.SIGHUP else {}), 6000)
     recorder = FlightRecorder(tmp_path)
     flying, both, said = node(carrier, recorder)
     flying.spin()
@@ -127,6 +134,33 @@ def test_a_life_cycle_that_ends_lands_first() -> None:
     assert said[-2:] == ["HOVER -> LAND", "LAND -> STOP"]
     assert carrier.k < 6000
     assert both.plant.stands
+
+
+@pytest.mark.parametrize("reads", [False, None])
+def test_who_reads_what_is_said_neither_ends_nor_holds_up_a_node(
+    reads: bool | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its pipe is closed, or full."""
+    reader, writer = os.pipe()
+    if reads is None:
+        os.close(reader)
+    os.set_blocking(writer, False)
+    with contextlib.suppress(BlockingIOError, BrokenPipeError):
+        while True:
+            os.write(writer, b"x" * 4096)
+    os.set_blocking(writer, True)
+    carrier = Carrier({100: ["skylimb/mission"], 200: ["teleop_command/start"]}, 900)
+    flying, both, _ = node(carrier, say=print)
+    with os.fdopen(writer, "w", buffering=1) as stream, monkeypatch.context() as patch:
+        patch.setattr(sys, "stdout", stream)
+        flying.spin()
+        if reads is not None:
+            os.close(reader)
+        assert flying._words is not None
+        flying._words._writer.join()
+    assert carrier.k == 900
+    assert both.pilot.flying.state == FlightState.ARM_ON
+    assert flying.faults[UNREAD] > 0
 
 
 def test_it_ends_when_the_middleware_is_gone_and_says_each_fault_once() -> None:

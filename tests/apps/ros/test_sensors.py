@@ -11,7 +11,7 @@ import pytest
 
 import skylimb
 from skylimb.analysis.exchange.body import Bodies
-from skylimb.analysis.exchange.frames import lab_link
+from skylimb.analysis.exchange.frames import Frames, lab_link
 from skylimb.analysis.exchange.lab_messages import full_state, mounts, transforms
 from skylimb.analysis.exchange.lab_ticks import Names, TickView
 from skylimb.analysis.exchange.lab_topics import IMU, JOINT_STATES, MOCAP
@@ -20,7 +20,7 @@ from skylimb.apps.ros.lab_config import read_lab_config
 from skylimb.apps.ros.messages import Arrived, published
 from skylimb.apps.ros.sensors import Sensors
 from skylimb.apps.ros.sorting import MessageSorter
-from skylimb.base.rotations import rotation_from_quaternion
+from skylimb.base.rotations import quaternion_product, rotation_from_quaternion
 from skylimb.control.planning.posture import posture_family
 from skylimb.control.planning.vectoring import vectoring_table
 from skylimb.robots.description import GRAVITY
@@ -137,21 +137,43 @@ def test_joints_without_names_and_gimbals_that_nobody_measures() -> None:
     np.testing.assert_array_equal(found.vectoring_angles, PSI + 0.25)
 
 
-def test_an_old_gyro_makes_an_old_pose_and_old_joints_do_not() -> None:
-    """Rates are the gyro's; the pose is known with the angles that were believed last."""
+def test_an_old_gyro_and_old_joints_make_no_old_pose() -> None:
+    """It is known with the angles that were believed last; who has lost a sensor is led back in sight."""
     sensors = ready_sensors()
     hear(sensors, Pose(1.6, (0.0, 0.0, 1.0), LEVEL), 0.6)
-    assert sensors.measurement(0.6, PSI)[1] == (0.0, 0.0)
-    assert sensors.counts == {"imu too old": 1, "joint angles too old": 1}
-    hear(sensors, Imu(1.6, (0.0, 0.0, 0.0)), 0.6)
+    assert sensors.lost(0.5) == ""
+    assert sensors.lost(0.6) == "imu too old"
     found, taken = sensors.measurement(0.6, PSI)
-    assert found is not None
     assert taken == pytest.approx((0.6, 0.0))
+    assert sensors.counts == {"imu too old": 1, "joint angles too old": 1}
+    assert found is not None
     np.testing.assert_array_equal(found.joint_angles, Q)
     assert np.isfinite(found.position).all()
+    hear(sensors, Imu(1.6, (0.0, 0.0, 0.0)), 0.6)
+    assert sensors.lost(0.6) == ""
 
 
-def test_of_each_sensor_only_the_first_sender_counts() -> None:
+def test_without_a_gyro_rates_are_differences_of_attitudes() -> None:
+    """A turn of 0.5 rad/s about the link's own x axis, of a robot that leans, seen at 100 Hz."""
+    sensors = ready_sensors()
+    lean = np.array([np.cos(0.1), 0.0, np.sin(0.1), 0.0])
+    for k in range(1, 60):
+        half = 0.5 * 0.5 * 0.01 * k
+        turn = quaternion_product(lean, np.array([np.cos(half), np.sin(half), 0.0, 0.0]))
+        sign = 1.0 if k % 2 else -1.0  # both are the same attitude
+        hear(sensors, Pose(1.0 + 0.01 * k, (0.0, 0.0, 1.0), tuple(sign * turn)), 0.01 * k)
+        hear(sensors, Joints(1.0 + 0.01 * k, ALL.names, ALL.angles), 0.01 * k)
+    found, _ = sensors.measurement(0.59, PSI)
+    assert found is not None
+    R = Frames(ROBOT, LINK).at(Q, PSI).R_root_link
+    np.testing.assert_allclose(R.T @ found.angular_velocity, [0.5, 0.0, 0.0], atol=1e-3)
+    hear(sensors, Imu(1.59, (0.1, 0.2, 0.3)), 0.59)
+    found, _ = sensors.measurement(0.59, PSI)
+    assert found is not None
+    np.testing.assert_allclose(R.T @ found.angular_velocity, [0.1, 0.2, 0.3], atol=1e-9)
+
+
+def test_of_each_sensor_one_sender_counts() -> None:
     heard: list[Arrived] = []
     sorter = MessageSorter(6, heard.append)
     sorter.sort([Arrived("imu", 1, "/a", 0.0), Arrived("imu", 2, "/b", 0.0), Arrived("imu", 3, "/a", 0.0)])
@@ -161,6 +183,25 @@ def test_of_each_sensor_only_the_first_sender_counts() -> None:
         [Arrived("flight_config_ack", 1, "/a", 0.0), Arrived("skylimb/mission", "x", "/u", 0.0)]
     )
     assert (sorted_.acknowledged, sorted_.mission) == (1, "x")
+
+
+def test_a_sensor_that_is_started_anew_is_listened_to_once_the_first_is_silent() -> None:
+    """Its name is another one: on ROS 2 always, on ROS 1 of an anonymous node."""
+    heard: list[Arrived] = []
+    sorter = MessageSorter(6, heard.append)
+    for k in range(100):
+        both = [Arrived("mocap/pose", k, name, 0.01 * k) for name in ("/a", "/b")]
+        sorter.sort(both if k < 20 else both[1:])
+    assert [one.sender for one in heard] == ["/a"] * 20 + ["/b"] * 60  # 0.2 s later
+    assert sorter.counts == {
+        "second publisher of mocap/pose": 40,
+        "another publisher of mocap/pose is listened to": 1,
+    }
+    acknowledged = [
+        sorter.sort([Arrived("flight_config_ack", 1, name, at)]).acknowledged
+        for name, at in (("/a", 0.0), ("/b", 1.0), ("/b", 2.1))
+    ]
+    assert acknowledged == [1, None, 1]
 
 
 def test_servos_are_read_in_their_own_counts() -> None:

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import itertools
+import json
+import math
+import os
 import signal
+import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
@@ -18,11 +22,12 @@ import skylimb
 from short_flights import HOLD
 from skylimb.analysis.report.controller_replay import differences
 from skylimb.apps.cli.main import main
+from skylimb.base.aside import UNREAD
 from skylimb.base.errors import ConfigError, OutputError
 from skylimb.base.interrupts import answering
 from skylimb.flight.realtime.fly_on_clock import ClockedFlight
 from skylimb.flight.realtime.fly_robot import ENDED, fly_robot
-from skylimb.flight.realtime.link import Datagram
+from skylimb.flight.realtime.link import Datagram, RemoteVehicle
 from skylimb.flight.realtime.pacer import Pacer
 from skylimb.flight.realtime.preflight import StartLimits
 from skylimb.flight.realtime.simulated_robot import SimulatedRobot, serve_plant
@@ -238,6 +243,36 @@ def test_on_the_ground_the_commands_stop_once_the_thrusts_are_low(scale: float) 
     assert 0.5 * thrusts[100] < thrusts[-1] < 0.8 * thrusts[100]
 
 
+def test_a_terminal_that_goes_away_lands_the_robot_and_ctrl_z_stops_no_flight() -> None:
+    frozen: list[Any] = []
+
+    def gone(k: int, robot: SimulatedRobot, far: End) -> None:
+        if k in (100, 101, 120):  # a shell says it again
+            signal.raise_signal(signal.SIGHUP)
+        frozen.append(signal.getsignal(signal.SIGTSTP))
+
+    with pytest.warns(UserWarning, match="the robot is led back and down"):
+        over, robot = flown(before=gone)
+    assert over.run.cause == ENDED
+    assert robot.position()[2] < 0.05
+    assert set(frozen) == {signal.SIG_IGN}
+
+
+def test_a_reader_who_is_gone_ends_no_flight(monkeypatch: pytest.MonkeyPatch) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+
+    def says(k: int, robot: SimulatedRobot, far: End) -> None:
+        if k == 100:
+            print("a word", flush=True)
+
+    with os.fdopen(writer, "w", buffering=1) as stream, monkeypatch.context() as patch:
+        patch.setattr(sys, "stdout", stream)
+        over, _ = flown(before=says)
+    assert over.run.status == "OK"
+    assert over.faults == {UNREAD: 1}
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_who_ends_it_lands_the_robot_and_a_second_time_stops_the_commands(number: signal.Signals) -> None:
     def once(k: int, robot: SimulatedRobot, far: End) -> None:
@@ -316,6 +351,52 @@ def test_a_robot_that_is_not_ready_is_not_flown_and_says_why() -> None:
         assert words in str(refused.value)
 
 
+def turned_by(angle: float) -> Callable[[dict[str, Any]], None]:
+    """The same world, seen by a capture that is turned about W's z."""
+    c, s = math.cos(angle), math.sin(angle)
+    half, up = math.cos(0.5 * angle), math.sin(0.5 * angle)
+
+    def spoil(fields: dict[str, Any]) -> None:
+        for name in ("position", "velocity"):
+            x, y, z = fields[name]
+            fields[name] = (c * x - s * y, s * x + c * y, z)
+        w, x, y, z = fields["quaternion"]
+        fields["quaternion"] = (half * w - up * z, half * x - up * y, half * y + up * x, half * z + up * w)
+
+    return spoil
+
+
+def moved(fields: dict[str, Any]) -> None:
+    x, y, z = fields["position"]
+    fields["position"] = (x + 1.5, y, z)
+
+
+def bent(fields: dict[str, Any]) -> None:
+    fields["angles"] = [fields["angles"][0] + 0.2, *fields["angles"][1:]]
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (
+            moved,
+            r"place: 1\.5\d? m from the mission's beginning \(at most 0\.1; lead it to \(0\.39, ",
+        ),
+        (
+            turned_by(3.0),
+            r"heading: 3 rad from the mission's beginning \(at most 0\.3; lead it to yaw ",
+        ),
+        (turned_by(-0.35), r"heading: 0.35\d* rad"),
+        (bent, r"joints: 0\.2\d* rad from the mission's beginning \(at most 0\.1; lead it to \(1\.\d\d, "),
+    ],
+)
+def test_a_robot_that_is_not_where_its_mission_begins_is_not_flown(
+    spoil: Callable[[dict[str, Any]], None], words: str
+) -> None:
+    with pytest.raises(ConfigError, match=words):
+        flown(spoil=spoil)
+
+
 def test_a_robot_whose_imu_is_wrong_is_not_flown() -> None:
     def upside_down(fields: dict[str, Any]) -> None:
         fields |= {"imu_angular_velocity": (0.0, 0.0, 0.0), "imu_specific_force": (0.0, 0.0, -9.81)}
@@ -336,19 +417,53 @@ def test_a_check_commands_nothing(capsys: pytest.CaptureFixture[str]) -> None:
             simulated.act()
             simulated.sense()
 
+    asked = ["--set", *(f"{key}={json.dumps(value)}" for key, value in HOLD.items())]
     standing = threading.Thread(target=stand)
     standing.start()
     try:
-        assert main(["fly", "paper", "--udp", f"{host}:{port}", "--check"]) == 0
+        assert main(["fly", "paper", "--udp", f"{host}:{port}", "--check", *asked]) == 0
     finally:
         over.set()
         standing.join()
         robot.close()
     said = capsys.readouterr().out
     assert simulated.flown == 0
-    for name in ("attitude", "motion", "fence", "age of state", "clock of state", "disk"):
+    for name in (
+        "attitude",
+        "motion",
+        "fence",
+        "place",
+        "heading",
+        "joints",
+        "age of state",
+        "clock of state",
+        "disk",
+    ):
         assert f"ok  {name}: " in said
     assert main(["fly", "paper", "--realtime", "--check"]) == 2
+
+
+def test_what_would_end_the_loop_lands_the_robot_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The log fails, as one of a user's own vehicle may."""
+    there, robots = list[float](), list[SimulatedRobot]()
+    record = RemoteVehicle.record
+
+    def fails(vehicle: RemoteVehicle, *given: Any) -> Any:
+        if len(there) > 100:
+            raise ZeroDivisionError("no log")
+        return record(vehicle, *given)
+
+    def follow(k: int, robot: SimulatedRobot, far: End) -> None:
+        there.append(float(robot.position()[2]))
+        robots[:] = [robot]
+
+    monkeypatch.setattr(RemoteVehicle, "record", fails)
+    with pytest.raises(ZeroDivisionError, match="no log") as raised:
+        flown(before=follow)
+    assert raised.value.__notes__ == ["the robot was led back and down before this was raised"]
+    assert there[100] > 0.9
+    assert robots[0].position()[2] < 0.05
+    assert np.diff(there).min() > -0.6 * robots[0]._period  # it did not fall
 
 
 def test_a_robot_that_leaves_its_fence_is_led_back_and_down() -> None:

@@ -115,6 +115,41 @@ def test_a_missed_tick_holds_the_command(flight: Flight, hovering: Make) -> None
     assert flight.guard.counts["missed tick"] == 1
 
 
+@pytest.mark.parametrize("odd", [np.ones(2), "grasped", None, {"a": 1}])
+def test_a_signal_that_is_not_what_it_was_is_no_number_in_the_log_and_no_reason_to_land(
+    flight: Flight, hovering: Make, odd: Any
+) -> None:
+    _, own = flight.tick(hovering())
+    np.testing.assert_array_equal(own["vector"], np.ones(3))
+    step = flight.inner.step
+
+    def spoilt(*given: Any) -> tuple[int, Any, dict[str, Any]]:
+        state, command, signals = step(*given)
+        return state, command, {**signals, "vector": odd}
+
+    flight.inner.step = spoilt  # type: ignore[method-assign]
+    command, own = flight.tick(hovering())
+    assert np.isnan(own["vector"]).all()
+    assert np.shape(own["vector"]) == (3,)
+    assert own["ticks"] == 2.0
+    assert command.thrusts[0] == pytest.approx(5.02)
+    assert flight.guard.counts == {"signal 'vector' is not what it was": 1}
+    assert not flight.guard.retreating
+
+
+@pytest.mark.parametrize("odd", [None, (1, 2), ("a", "b", "c"), (1, Command(np.full(4, "x"), 2.0, 3.0), {})])
+def test_what_is_no_answer_of_a_controller_is_a_controller_that_failed(
+    flight: Flight, hovering: Make, odd: Any
+) -> None:
+    before, _ = flight.tick(hovering())
+    flight.inner.step = lambda *given: odd  # type: ignore[method-assign]
+    command, _ = flight.tick(hovering())
+    np.testing.assert_array_equal(command.thrusts, before.thrusts)
+    assert flight.guard.counts["the controller failed"] == 1
+    flight.tick(hovering())
+    assert flight.guard.retreating
+
+
 def test_too_many_missed_ticks_in_a_row_retreat(flight: Flight, hovering: Make) -> None:
     flight.tick(hovering())
     for _ in range(3):  # not in a row

@@ -17,7 +17,7 @@ from skylimb.control.estimation.records import Imu, Measurement
 from skylimb.control.missions.reference import zero_reference
 from skylimb.flight.realtime.compiled_controller import CompiledController
 from skylimb.flight.realtime.guard import GuardedController
-from skylimb.flight.realtime.link import MOST, Datagram, RemoteVehicle
+from skylimb.flight.realtime.link import ANOTHER, MOST, Datagram, RemoteVehicle
 from skylimb.flight.realtime.messages import (
     LONGEST,
     CommandMessage,
@@ -163,6 +163,27 @@ def test_order_senders_and_floods(linked: Vehicle, hovering: Make) -> None:
         linked.wire.put(encode(linked.state(hovering(), seq, 8 * DT + seq * 1e-6)))
     linked.vehicle.measure()
     assert linked.vehicle.counts["flood"] == 100 - MOST
+
+
+def test_a_robot_that_is_started_anew_is_listened_to_once_the_first_is_silent(
+    linked: Vehicle, hovering: Make
+) -> None:
+    """From another port, with a clock and numbers that begin anew."""
+    heights = list[float]()
+    for k in range(200):
+        linked.time = 10.0 + DT * k
+        if k < 50:
+            linked.wire.put(encode(linked.state(hovering(), k)))
+        if k >= 30:
+            other = hovering(position=np.array([0.0, 0.0, 2.0]))
+            linked.wire.put(encode(linked.state(other, k - 30)), "anew")
+        heights.append(float(linked.vehicle.measure().position[2]))
+    changed = heights.index(2.0)
+    assert changed == pytest.approx(49 + 0.2 / DT, abs=2)
+    assert linked.told[-1] == pytest.approx(linked.time)
+    assert heights[changed:] == [2.0] * (200 - changed)
+    assert linked.vehicle.counts[ANOTHER] == 1
+    assert linked.vehicle.counts["second sender"] == pytest.approx(20 + 0.2 / DT, abs=3)
 
 
 def test_a_command_names_its_joints(linked: Vehicle, robot: Robot, hovering: Make) -> None:

@@ -8,7 +8,6 @@ that came to its end without doing what was commanded is no error: its verdict s
 from __future__ import annotations
 
 import logging
-import os
 import signal
 import sys
 import traceback
@@ -18,8 +17,9 @@ from types import FrameType
 
 from skylimb.apps.cli.arguments import parse, verb_help
 from skylimb.apps.cli.verbs import VERBS
+from skylimb.base.aside import give_up
 from skylimb.base.errors import ConfigError, SkylimbError, of_an_extra, unknown_name
-from skylimb.base.interrupts import answering
+from skylimb.base.interrupts import HANG_UP, answering
 
 DEBUG = "--debug"
 """Option of every verb: the whole traceback of an error, before its one line."""
@@ -53,7 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         raise KeyboardInterrupt(signal.Signals(number).name)
 
     try:
-        with warnings.catch_warnings(), answering([signal.SIGTERM], end_as_ctrl_c_does):
+        with warnings.catch_warnings(), answering([signal.SIGTERM, *HANG_UP], end_as_ctrl_c_does):
             warnings.showwarning = _warn
             return _dispatch(arguments)
     except SkylimbError as error:
@@ -77,8 +77,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         kept = _notes(stop) or ["what was not finished is not kept"]
         return _complain("; ".join(("interrupted", *kept)), 128 + (terminated or [signal.SIGINT])[0])
     except BrokenPipeError:
-        # The reader (`skylimb list | head`) has seen enough; nothing may be left for Python to flush at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        give_up(sys.stdout)  # the reader (`skylimb list | head`) has seen enough
         return 0
 
 

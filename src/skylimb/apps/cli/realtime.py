@@ -20,6 +20,7 @@ from skylimb.apps.cli.options import (
     new_folder,
     stem,
 )
+from skylimb.base.aside import said_aside
 from skylimb.base.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -124,7 +125,8 @@ def fly(
                     calibration=calibration, recorder=recorder, start=start,
                 )  # fmt: skip
 
-    with recording(folder) as recorder:
+    # Also what is said after it: a terminal that has gone costs no flight that was flown.
+    with said_aside(patience=None), recording(folder) as recorder:
         return _hand_over(flown(recorder), folder, realtime)
 
 

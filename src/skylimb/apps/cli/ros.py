@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from skylimb.apps.cli import output
 from skylimb.apps.cli.arguments import arg
 from skylimb.apps.cli.options import Calibration, Fence, Settings, assignments_of, new_folder, within
+from skylimb.base.aside import said_aside
 
 if TYPE_CHECKING:
     from skylimb.apps.ros.bridge import Rim
@@ -184,7 +185,8 @@ def _be(rim: Rim, config: NodeConfig, out: str) -> None:
     from skylimb.analysis.exchange.recorder import recording
     from skylimb.apps.ros.run import run, write
 
-    with recording(folder) if folder else nullcontext() as recorder:
+    # Also what is said after it: a terminal that has gone costs no flight that was flown.
+    with said_aside(patience=None), recording(folder) if folder else nullcontext() as recorder:
         flown = run(rim, config, lambda words: print(words, flush=True), recorder)
         if folder is not None and not config.check:
             with output.working("writing the results"):

@@ -217,6 +217,8 @@ class Airborne:
         reference, script = self._lead(now, body, said)
         measurement = inputs.measurement or nothing_measured(self._flyer.robot, self._flyer.plan.needs.imu)
         self._guard.taken(*inputs.taken)
+        if inputs.lost and self.steerable and self.lift.lifted:
+            self._guard.retreat(inputs.lost)
         state, command, signals = self._guard.step(
             self._gains, self.state, measurement, reference, self._flyer.period
         )

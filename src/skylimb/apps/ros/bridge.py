@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import json
 import select
-import signal
 import socket
 import subprocess
 import sys
@@ -24,6 +23,7 @@ from skylimb.analysis.exchange.lab_topics import FOREIGN, Topic
 from skylimb.apps.ros.messages import Arrived, Outgoing
 from skylimb.apps.ros.pipe import Pipe
 from skylimb.apps.ros.profile import LAB, Dialect
+from skylimb.base.interrupts import ENDS, FREEZES, ignore
 from skylimb.flight.plan import FlightPlan
 
 _PATIENCE = 0.001
@@ -147,8 +147,7 @@ class Bridge:
 
 def main(words: Sequence[str], connect: Callable[..., Connection]) -> None:
     """Be the process that a `Bridge` starts, until either end is gone; signals are left to the flight."""
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, signal.SIG_IGN)
+    ignore((*ENDS, *FREEZES))
     pipe, middleware = Pipe(socket.socket(fileno=int(words[0]))), connect(*json.loads(words[1]))
     due = time.monotonic()
     while not middleware.gone and not pipe.closed:

@@ -59,6 +59,9 @@ class Controlled(Piloted):
     def _measured(self, now: float) -> tuple[Measurement | None, Taken]:
         return self._sensors.measurement(now, self._vectoring)
 
+    def _lost(self, now: float) -> str:
+        return self._sensors.lost(now)
+
     def _recorded(self, measured: Measurement, tick: Tick) -> np.ndarray:
         """Measurement and command, in the order of `measured_layout`."""
         return np.hstack([*measured.entries, *tick.command])

@@ -18,7 +18,8 @@ from skylimb.apps.ros.messages import Arrived, Outgoing
 from skylimb.apps.ros.piloted import Piloted
 from skylimb.apps.ros.simulated import Simulated
 from skylimb.apps.ros.tick import Tick
-from skylimb.base.interrupts import ENDS, answering
+from skylimb.base.aside import UNREAD, Words, said_aside
+from skylimb.base.interrupts import ENDS, answering, insists, unfrozen
 from skylimb.flight.realtime.clocked_flight import without_garbage
 from skylimb.flight.realtime.pacer import Pacer
 from skylimb.flight.realtime.preflight import Check
@@ -61,6 +62,7 @@ class Node:
         self._profile, self._bridge, self._pacer = profile, bridge, pacer
         self._say, self._clock, self._recorder = say, clock, recorder
         self._to_end = 0
+        self._words: Words | None = None
         self._known: Counter[str] = Counter()
         self._last_said: dict[str, float] = {}
         ticks = round(REMEMBERED / pacer.period)
@@ -76,16 +78,23 @@ class Node:
     def faults(self) -> Counter[str]:
         """How often each fault was met, by the profile and on the way."""
         kept = Counter[str]() if self._recorder is None else self._recorder.faults
-        return self._profile.faults + self._bridge.faults + kept
+        unread = Counter({} if self._words is None else {UNREAD: self._words.lost})
+        return self._profile.faults + self._bridge.faults + kept + unread
 
     def spin(self) -> None:
         """Tick until there is nobody to talk to; Ctrl-C lands first, a second one ends it.
 
-        So does the end that the system asks for.
+        So does the end that the system asks for, and a terminal that goes away lands it. Who reads what is
+        said holds up no tick.
         """
+        with said_aside() as self._words:
+            self._spin()
+
+    def _spin(self) -> None:
         try:
             with (
                 answering(ENDS, self._interrupted),
+                unfrozen(),
                 without_timer(),
                 without_garbage(),
             ):
@@ -130,8 +139,8 @@ class Node:
             arrived.append(Arrived(_LAND, None, "Ctrl-C", self._pacer.time()))
         return arrived
 
-    def _interrupted(self, *ignored: Any) -> None:
-        self._to_end += 1
+    def _interrupted(self, number: int, *ignored: Any) -> None:
+        self._to_end = self._to_end + 1 if insists(number) else max(self._to_end, 1)
 
     def _done(self) -> bool:
         last = self._profile.last

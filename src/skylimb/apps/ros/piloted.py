@@ -69,7 +69,8 @@ class Piloted(ABC):
         received = replace(received, acknowledged=self._acknowledged(received))
         heard = self._heard.ages(now), self._heard.offsets(stamp - now)
         rest = self._heard.rest(now)
-        tick = self.pilot.tick(Inputs(now, measured, taken, received, now - stamp, *heard, rest))
+        inputs = Inputs(now, measured, taken, received, now - stamp, *heard, rest, self._lost(now))
+        tick = self.pilot.tick(inputs)
         out = [*self._messages(stamp, measured, tick), *self._switched(arrived, tick)]
         if measured is not None:
             out += self._live.add(tick, self._recorded(measured, tick))
@@ -109,6 +110,10 @@ class Piloted(ABC):
     def _sensed(self, arrived: Arrived) -> None:
         """Take what a sensor says."""
         self._heard = self._heard.take(arrived, self._robot.description.gravity)
+
+    def _lost(self, now: float) -> str:
+        """Why the robot has to be led back though it is seen; empty while nothing is."""
+        return ""
 
     def _acknowledged(self, received: Received) -> int | None:
         """The last command that the flight controller acknowledged."""

@@ -14,7 +14,7 @@ from skylimb.analysis.exchange.messages import Imu, Joints, Pose, ServoStates
 from skylimb.apps.ros.messages import Arrived
 from skylimb.apps.ros.servos import Servos
 from skylimb.base.bound_function import ArrayFunction
-from skylimb.base.rotations import quaternion_from_rotation, rotation_from_quaternion
+from skylimb.base.rotations import quaternion_from_rotation, quaternion_product, rotation_from_quaternion
 from skylimb.control.estimation.gates import BEYOND
 from skylimb.control.estimation.records import ABSENT, Measurement, Taken
 from skylimb.control.estimation.records import Imu as Felt
@@ -32,6 +32,12 @@ LOW_PASS = 20.0
 OLDEST = 0.5
 """Seconds after which IMU or joint angles count as missing."""
 
+SILENT = 0.05
+"""Seconds without a gyro after which rates are differences of the attitudes that are seen."""
+
+LOST = "imu too old"
+"""Name of a fault: why a robot is led back that is seen."""
+
 _TURNED = 10.0
 """Radians that no joint turns by."""
 
@@ -40,7 +46,8 @@ class Sensors:
     """Keeps the newest of each, and makes measurements of them.
 
     The motion capture shows the lab's link. Its velocity is the difference of stamped positions, low pass.
-    Its rates are the IMU's. Joints give the pose of the measured link, and their motion is taken off its
+    Its rates are the IMU's, and where that is silent, differences of attitudes, low pass.
+    Joints give the pose of the measured link, and their motion is taken off its
     rates and velocity. While no angles come that can be believed, those before them give it, and their age is
     handed on: a robot that feels no joints still sees where it is. Vectoring angles that nobody measures are
     the commanded ones.
@@ -69,7 +76,7 @@ class Sensors:
         self._vectoring: np.ndarray | None = None
         self._bending = np.zeros(robot.n_joints + robot.n_vectoring)
         self.has_imu = robot.description.imu.link == link
-        self._velocity = np.zeros(3)
+        self._velocity, self._turning = np.zeros(3), np.zeros(3)
         self.counts: Counter[str] = Counter()
 
     def take(self, arrived: Arrived) -> None:
@@ -104,23 +111,27 @@ class Sensors:
         if self._pose is None or self._imu is None or self._joints is None:
             return None, Taken()
         (seen, pose), (felt, joints) = self._pose, self._joints
-        taken = Taken(seen, felt)
-        if now - self._imu[0] > OLDEST:
-            # The rates are the gyro's: without them a twist is as old as they are.
-            self.counts["imu too old"] += 1
-            taken = Taken(min(seen, self._imu[0]), felt)
+        gyro = np.array(self._imu[1].gyro) if now - self._imu[0] <= SILENT else self._turning
+        if self.lost(now):
+            self.counts[LOST] += 1
         if now - felt > OLDEST:
             self.counts["joint angles too old"] += 1
             self._bending[:] = 0.0  # how fast they turn is not known any more
         vectoring = commanded if self._vectoring is None else self._vectoring
-        return self._moved(pose, joints, vectoring)._replace(capture_age=now - seen), taken
+        return self._moved(pose, gyro, joints, vectoring)._replace(capture_age=now - seen), Taken(seen, felt)
+
+    def lost(self, now: float) -> str:
+        """Why a robot has to be led back though it is seen; empty while nothing is."""
+        return LOST if self._imu is not None and now - self._imu[0] > OLDEST else ""
 
     def _see(self, taken: float, pose: Pose) -> None:
-        """A new pose, and its velocity."""
+        """A new pose, its velocity, and its rates."""
         if self._pose is not None:
             before, last = self._pose
             way = np.array(pose.position) - np.array(last.position)
             self._velocity = _differenced(self._velocity, way, taken - before, LOW_PASS)
+            turn = _turned(np.array(last.quaternion), np.array(pose.quaternion))
+            self._turning = _differenced(self._turning, turn, taken - before, LOW_PASS)
         self._pose = (taken, pose)
 
     def _bend(self, taken: float, value: Joints, topic: str) -> None:
@@ -146,19 +157,19 @@ class Sensors:
             if set(self._names.gimbals) <= known.keys():
                 self._vectoring = np.array([known[name] for name in self._names.gimbals], dtype=float)
 
-    def _moved(self, pose: Pose, joints: np.ndarray, vectoring: np.ndarray) -> Measurement:
+    def _moved(self, pose: Pose, rates: np.ndarray, joints: np.ndarray, vectoring: np.ndarray) -> Measurement:
         """The measurement of the measured link; one that no watchdog believes where a number is none."""
         assert self._imu is not None
         gyro, force = np.array(self._imu[1].gyro), np.array(self._imu[1].acceleration)
         turn = np.array(pose.quaternion)
         size = float(np.sqrt(np.sum(np.clip(turn, -2.0, 2.0) ** 2)))
-        sane = (np.abs(np.array([*gyro, *pose.position])) < BEYOND).all()
+        sane = (np.abs(np.array([*gyro, *rates, *pose.position])) < BEYOND).all()
         if not (sane and abs(size - 1.0) < 0.1):
             nothing = nothing_measured(self._robot, self.has_imu)
             return nothing._replace(joint_angles=joints, vectoring_angles=vectoring)
         frames = self._frames.at(joints, vectoring)
         R = rotation_from_quaternion(turn / size) @ frames.R_root_link.T
-        rates, moving, imu = frames.R_root_link @ gyro, np.zeros(3), ABSENT
+        rates, moving, imu = frames.R_root_link @ rates, np.zeros(3), ABSENT
         mount = self._robot.description.imu
         if self.has_imu:
             place = ImuPlace(*self._imu_place(joints, vectoring, self._bending))
@@ -167,6 +178,12 @@ class Sensors:
         velocity = self._velocity - R @ (cross(rates, frames.link) + moving)
         position, turn = np.array(pose.position) - R @ frames.link, quaternion_from_rotation(R)
         return Measurement(position, turn, velocity, rates, joints, vectoring, imu=imu)
+
+
+def _turned(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """The turn from one attitude (w, x, y, z) to a near one, in the axes of either, rad, (3,)."""
+    w, *axis = quaternion_product(first * (1.0, -1.0, -1.0, -1.0), second)
+    return np.copysign(2.0, w) * np.array(axis)
 
 
 def _differenced(rate: np.ndarray, way: np.ndarray, gap: float, cutoff: float) -> np.ndarray:

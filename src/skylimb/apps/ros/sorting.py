@@ -1,4 +1,4 @@
-"""What arrives is sorted: orders, requests, missions, the battery; sensors from one sender only."""
+"""What arrives is sorted: orders, requests, missions, the battery; each sensor from one sender at a time."""
 
 from __future__ import annotations
 
@@ -11,10 +11,14 @@ from skylimb.analysis.exchange.lab_topics import (
     ACK,
     BATTERY,
     FOREIGN,
+    IMU,
+    JOINT_STATES,
     MISSION,
+    MOCAP,
     ORDERS,
     PWMS,
     SENSORS,
+    SERVO_STATES,
 )
 from skylimb.analysis.exchange.messages import Joy
 from skylimb.apps.ros.battery import percentage
@@ -23,9 +27,13 @@ from skylimb.apps.ros.messages import Arrived
 from skylimb.apps.ros.radio import ordered, steered
 from skylimb.apps.ros.states import Order
 from skylimb.apps.ros.tick import Received, Request
+from skylimb.flight.realtime.speaker import SILENT, Speaker
 
 _ORDERS = {topic.name: Order(topic.name.rpartition("/")[2]) for topic in ORDERS}
 _SENSORS = frozenset(topic.name for topic in SENSORS)
+_STREAMS = frozenset(topic.name for topic in (MOCAP, IMU, JOINT_STATES, SERVO_STATES))
+SELDOM = 2.0
+"""Seconds of silence of what says little: battery, acknowledgement, duties."""
 _MOST_REQUESTS = 8
 """Requests that are looked at in a tick: the newest."""
 
@@ -47,7 +55,7 @@ class MessageSorter:
     ) -> None:
         self._cells, self._sense, self._limits = cells, sense, limits or FlightLimits()
         self._joy: Joy | None = None
-        self._senders: dict[str, str] = {}
+        self._speakers: dict[str, Speaker] = {}
         self.counts: Counter[str] = Counter()
 
     def sort(self, arrived: Iterable[Arrived]) -> Received:
@@ -76,10 +84,16 @@ class MessageSorter:
         return Received(tuple(orders), tuple(requests[-_MOST_REQUESTS:]), **said)
 
     def _of_the_robot(self, one: Arrived) -> dict[str, Any]:
-        """What is received of a message of its first sender; a sensor's is handed on."""
-        if self._senders.setdefault(one.topic, one.sender) != one.sender:
+        """What is received of a message of who is listened to; a sensor's is handed on."""
+        silent = SILENT if one.topic in _STREAMS else SELDOM
+        known = self._speakers.get(one.topic, Speaker())
+        if not known.hears(one.sender, one.at, silent):
             self.counts[f"second publisher of {one.topic}"] += 1
-        elif one.topic == ACK.name:
+            return {}
+        self._speakers[one.topic] = now = known.after(one.sender, one.at, silent)
+        if now.changes > known.changes:
+            self.counts[f"another publisher of {one.topic} is listened to"] += 1
+        if one.topic == ACK.name:
             return {"acknowledged": int(one.value)}
         elif one.topic == PWMS.name:
             return {"armed": one.value.armed}

@@ -64,6 +64,7 @@ class Inputs:
         offsets: of the sensors' clocks from ours, s.
         rest: for how long the accelerometer has felt its weight and nothing else, s.
         stamp_offset: what has to be added to a request's stamp for our clock, s.
+        lost: why the robot has to be led back though it is seen; empty while nothing is.
     """
 
     now: float
@@ -74,6 +75,7 @@ class Inputs:
     ages: Mapping[str, float] = field(default_factory=dict)
     offsets: Mapping[str, float] = field(default_factory=dict)
     rest: float = 0.0
+    lost: str = ""
 
 
 @dataclass(frozen=True)

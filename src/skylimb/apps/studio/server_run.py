@@ -90,8 +90,9 @@ def serve(
                 with answering_first(ENDS, end):
                     # The record takes most of a second to load; pages draw their first picture meanwhile.
                     flight.run(lambda: recorder and session.record(recorder))
-                # Where the system asks for the end, nobody could keep the flight.
-                folder = str(session.keep().folder) if signal.SIGTERM in ended else ""
+                # Where the system asks for the end, or the terminal is gone, nobody could keep the flight.
+                alone = set(ended) - {signal.SIGINT}
+                folder = str(session.keep().folder) if alone else ""
                 server.say("farewell", {"folder": folder})
                 print(f"\nThe studio has ended{folder and f'; the flight is kept in {folder}'}.")
         except KeyboardInterrupt as stop:

@@ -12,6 +12,7 @@ from skylimb.base.errors import UserCodeError
 from skylimb.base.packing import Layout, number
 from skylimb.base.user_code import described_user_error
 from skylimb.control.controller import Controller
+from skylimb.control.estimation.records import Measurement
 from skylimb.control.loop.flight import MISSION_TIME
 from skylimb.control.loop.vehicle import Vehicle
 from skylimb.control.missions.clock import Clock, entries, next_clock, start_of_mission
@@ -118,6 +119,20 @@ class FreeDriver:
         vehicle.apply(command)
         self._clock = next_clock(self._clock, pace) if self._window.paced else Clock(k + 1.0, 1.0)
         return int(self._clock.ticks)
+
+    def fly_on(self, k: int) -> tuple[Measurement, Command]:
+        """Fly one tick of which nothing is recorded, whatever has become of the log.
+
+        Args:
+            k: the tick; its mission may be over.
+        """
+        measurement = self._vehicle.measure()
+        reference = self._reference(min(k, self._count - 1))
+        self._state, command, _ = self._step(
+            self._gains, self._state, measurement, reference, self._mission.period
+        )
+        self._vehicle.apply(command)
+        return measurement, command
 
     def _reference(self, k: int) -> Reference:
         """The reference of this tick."""

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from skylimb.analysis.exchange.recorder import FlightRecorder
+from skylimb.base.aside import UNREAD, said_aside
 from skylimb.base.errors import ConfigError
-from skylimb.base.interrupts import ENDS, answering_first
+from skylimb.base.interrupts import ENDS, answering_first, unfrozen
 from skylimb.control.controller import Controller
 from skylimb.control.corrections import Calibrated
 from skylimb.control.loop.flight import Flight, flown_mission, mission_signals
@@ -35,9 +36,10 @@ from skylimb.flight.realtime.clocked_flight import (
     timing_of,
 )
 from skylimb.flight.realtime.guard import GuardedController
-from skylimb.flight.realtime.landing import DEPTH, Landing, landing_from
+from skylimb.flight.realtime.landed import Landed
+from skylimb.flight.realtime.landing import DEPTH, landing_from
 from skylimb.flight.realtime.link import Link, RemoteVehicle
-from skylimb.flight.realtime.look import Look
+from skylimb.flight.realtime.look import Look, measured_at
 from skylimb.flight.realtime.pacer import Pacer
 from skylimb.flight.realtime.preflight import LOOK, Check, StartLimits
 from skylimb.flight.recorded_ticks import RecordedTicks
@@ -69,7 +71,9 @@ def fly_robot(
     """Fly the mission of an experiment with a robot that hovers behind a link; at its end the robot lands.
 
     Commands stop when it has landed (`landing`). Ctrl-C, or the end that the system asks for, lands it too; a
-    second one stops the commands. A robot has to do something sensible when they stop at any time.
+    second one stops the commands. So does a terminal that goes away, however often; Ctrl-Z does nothing. Who
+    reads what is said holds up no tick. What is raised in flight, also by `progress`, is raised once it has
+    landed. A robot has to do something sensible when commands stop at any time.
 
     Args:
         link: to the robot.
@@ -101,13 +105,15 @@ def fly_robot(
         plan.robot, link, clock.clock, lambda time: guard.taken(*[time - clock.started] * 2), plan.needs.imu
     )
     told = unprotected(plan.robot, plan.needs.vectoring, limits)
-    look = Look(plan.robot, vehicle, clock, start or StartLimits(), calibration, patience, told)
-    flight, whole = _fly(plan, guard, vehicle, clock, progress, recorder, look, listen, limits.floor)
+    first, begins = plan.mission.first, start or StartLimits()
+    look = Look(plan.robot, vehicle, clock, first, begins, calibration, patience, told)
+    with said_aside() as words:
+        flight, whole = _fly(plan, guard, vehicle, clock, progress, recorder, look, listen, limits.floor)
     values = {name: flight.signal(name) for name in flight.layout.slices}
     values |= mission_signals(flown_mission(whole, flight), flight.ticks)
     times = np.arange(flight.ticks) * plan.period
     run = documented(flight_run(plan, values, times, flight.cause), plan)
-    faults = {**guard.counts, **vehicle.counts}
+    faults = {**guard.counts, **vehicle.counts, **({UNREAD: words.lost} if words.lost else {})}
     return ClockedFlight(run, timing_of(flight, plan.period), faults)
 
 
@@ -138,24 +144,28 @@ def _fly(
     if wrong := [str(one) for one in look.found(listen) if not one.fine]:
         raise ConfigError(f"nothing is flown: {'; '.join(wrong)}")
     ticks = RecordedTicks(recorder, plan, driver.layout)
-    landing: Landing | None = None
+    due, landing = ticks_on_clock(clock), Landed(guard, driver, look, hover, floor)
     flown, cause, ended = 0, "", list[int]()
-    with answering_first(ENDS, lambda number, _: ended.append(number)):
-        for k in ticks_on_clock(clock):
-            at, flown = driver.tick(k), k + 1
-            ticks.flown(k, driver.log[k])
-            if guard.retreating:
-                landing = landing or landing_from(_height(guard, driver), floor)
-                landing = landing.after(*_seen(guard, driver, look, hover, k), clock.period)
-                cause = cause or ("broken off by the guard" if at <= last else "")
-            elif at > last or flown >= total:
-                guard.retreat()  # the mission is over: land
-            elif lost := _ended(ended) or _lost(driver, whole, limits, k, at) or look.outside(driver, k):
-                guard.retreat(lost)
-                cause = lost
-            if flown >= count or (landing is not None and landing.over):
-                break
-            each_second(clock, progress, flown, at, last + 1)
+    with answering_first(ENDS, lambda number, _: ended.append(number)), unfrozen():
+        try:
+            for k in due:
+                at, flown = driver.tick(k), k + 1
+                ticks.flown(k, driver.log[k])
+                seen = measured_at(driver, k)
+                if guard.retreating:
+                    landing.next(seen, driver.log[k][driver.layout.slices["thrusts_command"]], clock.period)
+                    cause = cause or ("broken off by the guard" if at <= last else "")
+                elif at > last or flown >= total:
+                    guard.retreat()  # the mission is over: land
+                elif lost := _ended(ended) or _lost(driver, whole, limits, k, at) or look.outside(seen):
+                    guard.retreat(lost)
+                    cause = lost
+                if flown >= count or landing.over:
+                    break
+                each_second(clock, progress, flown, at, last + 1)
+        except (Exception, SystemExit) as error:
+            landing.without_log(due, clock.period, error)
+            raise
     return Flight(driver.log, driver.layout, flown, cause), whole
 
 
@@ -176,21 +186,8 @@ def check_robot(
     clock = Pacer(plan.period)
     vehicle = RemoteVehicle(plan.robot, link, clock.clock)
     told = unprotected(plan.robot, plan.needs.vectoring, plan.experiment.supervisor)
-    return Look(plan.robot, vehicle, clock, start or StartLimits(), calibration, patience, told).found(LOOK)
-
-
-def _height(guard: GuardedController, driver: FreeDriver) -> float:
-    """That of the reference that is flown, m; of the first one where none was."""
-    return float((guard.flown or driver.first).position[2])
-
-
-def _seen(
-    guard: GuardedController, driver: FreeDriver, look: Look, hover: float, k: int
-) -> tuple[float | None, float]:
-    """Height of the robot at tick `k`, None where nobody sees it, and the share of its hover thrusts."""
-    place = look.place(driver, k) if guard.sees else None
-    thrusts = driver.log[k][driver.layout.slices["thrusts_command"]]
-    return None if place is None else float(place[2]), float(np.sum(thrusts)) / hover
+    first, limits = plan.mission.first, start or StartLimits()
+    return Look(plan.robot, vehicle, clock, first, limits, calibration, patience, told).found(LOOK)
 
 
 def _ended(signals: list[int]) -> str:

@@ -10,16 +10,17 @@ import numpy as np
 
 from skylimb.control.controller import Controller
 from skylimb.control.estimation.gates import FAULTS
-from skylimb.control.estimation.records import Measurement, Taken, zero_measurement
+from skylimb.control.estimation.records import Measurement, Taken
 from skylimb.control.late_gains import late_gains
 from skylimb.control.missions.reference import Reference
-from skylimb.control.needs import needs_of
+from skylimb.control.needs import PACE, needs_of
 from skylimb.control.records import Command
 from skylimb.control.supervisor.halves import Halves
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Told
 from skylimb.control.supervisor.table import RETREAT, TABLE
 from skylimb.flight.realtime.faults import Faults
+from skylimb.flight.realtime.own_signals import at_rest, kept_signals, unknown_signals
 from skylimb.flight.realtime.pacer import Pacer
 from skylimb.flight.realtime.watchdog import shaped
 from skylimb.robots.model import Robot
@@ -109,7 +110,9 @@ class GuardedController:
         self._made(len(reference.ahead), dt)
         if not self._own:
             still = at_rest(reference, self.needs.imu)
-            self._own = _unknown(self._tried(self.gains(), self.initial_state(), still, reference, dt)[2])
+            self._own = unknown_signals(
+                self._tried(self.gains(), self.initial_state(), still, reference, dt)[2]
+            )
         return {**self._own, **self._signals(False)}
 
     def step(
@@ -137,7 +140,7 @@ class GuardedController:
         if sight.asks > 0.5:
             new, command, own = self._asked(gains, state, sight.measurement, sight.reference, dt)
             if command is not None or not self._own:
-                self._own = {name: own.get(name, before) for name, before in (self._own or own).items()}
+                self._own = self._kept(own)
         elif not self._own:  # the signals' names come from a tick that is not flown
             self.rehearsed(reference, dt)
         command, flew = halves.act(command)
@@ -161,13 +164,14 @@ class GuardedController:
 
     def _tried(
         self, gains: Any, state: Any, measurement: Measurement, reference: Reference, dt: float
-    ) -> tuple[Any, Any, Mapping[str, Any]]:
+    ) -> tuple[Any, Command | None, dict[str, Any]]:
         """State, command and signals that the controller makes of a tick; none where it raises.
 
         It may be anybody's Python, and a robot in the air comes down all the same.
         """
         try:
-            return self._controller.step(gains, state, measurement, reference, dt)
+            new, command, own = self._controller.step(gains, state, measurement, reference, dt)
+            return new, None if command is None else self._checked(command), dict(own)
         except (Exception, SystemExit) as error:
             self.counts.note("guard", FAILED)
             self.failed = self.failed or str(error) or type(error).__name__
@@ -178,12 +182,23 @@ class GuardedController:
         self, gains: Any, state: Any, measurement: Measurement, reference: Reference, dt: float
     ) -> tuple[Any, Command | None, dict[str, Any]]:
         """The same, checked; the state of before and no command where that is none."""
-        new, wanted, own = self._tried(gains, state, measurement, reference, dt)
-        command = None if wanted is None else self._checked(wanted)
+        new, command, own = self._tried(gains, state, measurement, reference, dt)
         if isinstance(new, np.ndarray) and not np.isfinite(new).all():
             self.counts.note("guard", "state is no number")
             command = None
-        return (state if command is None else new), command, dict(own)
+        return (state if command is None else new), command, own
+
+    def _kept(self, own: Mapping[str, Any]) -> dict[str, Any]:
+        """The signals of its first tick, as they are now; one that is no number of that shape is NaN.
+
+        A column of a log is no reason to drop a robot. A mission that nobody paces any more is broken off.
+        """
+        kept, odd = kept_signals(own, self._own or own)
+        for name in odd:
+            self.counts.note("guard", f"signal '{name}' is not what it was")
+        if PACE in odd:
+            self.retreat(f"its controller no longer says its {PACE}")
+        return kept
 
     def _fresh(self) -> tuple[bool, bool]:
         """Whether pose and angles of this tick were taken after those before."""
@@ -232,17 +247,3 @@ class GuardedController:
                 self.counts.note("guard", "command out of limits")
             parts.append(part)
         return Command(*parts)
-
-
-def _unknown(signals: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: np.full(np.shape(value), np.nan) for name, value in signals.items()}
-
-
-def at_rest(reference: Reference, imu: bool = False) -> Measurement:
-    """A measurement of a robot that hovers level near its reference, where nobody flies by it."""
-    q, psi = reference.joint_angles, reference.vectoring_angles
-    level = np.array([1.0, 0.0, 0.0, 0.0])
-    still = zero_measurement(len(q), len(psi), imu)
-    return still._replace(
-        position=np.array(reference.position), quaternion=level, joint_angles=q, vectoring_angles=psi
-    )

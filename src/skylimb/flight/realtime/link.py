@@ -23,20 +23,30 @@ from skylimb.flight.realtime.messages import (
 )
 from skylimb.flight.realtime.preflight import Measured
 from skylimb.flight.realtime.resting_imu import ImuOff
+from skylimb.flight.realtime.speaker import Speaker
 from skylimb.flight.realtime.watchdog import Watchdog
 from skylimb.robots.model import Robot
 
 MOST = 32
 """Datagrams that are read at a tick; of a flood the rest is thrown away unread."""
+ANOTHER = "another sender is listened to"
+"""Name of a fault: whoever spoke has been silent, and somebody else speaks."""
 _SETTLING = 3
 """Times that is read until what lay in the queue from before has gone."""
 
 
 class Datagram(NamedTuple):
-    """What came over a link, and from whom."""
+    """What came over a link.
+
+    Attributes:
+        data: of a message.
+        sender: from whom.
+        stranger: whether somebody else was named as the one to listen to.
+    """
 
     data: bytes
     sender: Hashable
+    stranger: bool = False
 
 
 class Link(Protocol):
@@ -54,7 +64,8 @@ class Link(Protocol):
 class RemoteVehicle:
     """A vehicle behind a link.
 
-    Only the first sender that was understood is listened to. A measurement that has not come stands for the
+    One sender is listened to, the first that was understood; another one once that has been silent
+    (`speaker`), through the same checks. A measurement that has not come stands for the
     one before; how old it is goes to whoever guards the flight.
 
     Args:
@@ -80,7 +91,7 @@ class RemoteVehicle:
     ) -> None:
         self._names, self._link, self._now, self._taken = Names(robot), link, now, taken
         self._robot = robot
-        self._sender: Hashable | None = None
+        self._speaker = Speaker()
         self._link.receive(MOST)  # what lies there from before
         self._stamps, self._sent = Stamps(), 0
         # How the clocks stood at first: the first messages may have lain in the queue for a while.
@@ -129,15 +140,21 @@ class RemoteVehicle:
         return self._measured._replace(capture_age=self._measured.capture_age + older)
 
     def _take(self, datagram: Datagram) -> None:
+        if datagram.stranger:
+            raise RefusedMessageError("not from the robot that was named")
         message = decode(datagram.data, StateMessage)
         measurement, now = self._names.measurement(message), self._now()
         if self._imu and measurement.imu is None:
             raise RefusedMessageError("no imu")
-        if self.heard is not None and datagram.sender != self._sender:
+        if not self._speaker.hears(datagram.sender, now):
             raise RefusedMessageError("second sender")
         if self._settling:
             self._first = min(self._first, now - message.stamp)
-        self._sender, self.heard = datagram.sender, message
+        before, self._speaker = self._speaker, self._speaker.after(datagram.sender, now)
+        if self._speaker.changes > before.changes:
+            self.counts.note("link", ANOTHER, why=f"{datagram.sender} in place of {before.sender}")
+            self._stamps = Stamps(taken=self._stamps.taken)  # another clock
+        self.heard = message
         self._stamps, fault = judged(self._stamps, message.stamp, now)
         if believed(fault):
             self._measured = measurement if self._imu else measurement._replace(imu=ABSENT)

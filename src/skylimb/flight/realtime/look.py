@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,8 +12,10 @@ from skylimb.analysis.exchange.body import Bodies
 from skylimb.base.errors import OutputError
 from skylimb.control.corrections import Calibrated
 from skylimb.control.estimation.records import Imu, Measurement
-from skylimb.control.loop.vehicle import MEASURED
+from skylimb.control.loop.vehicle import MEASURED, nothing_measured
+from skylimb.control.missions.reference import Reference
 from skylimb.flight.drivers.free import FreeDriver
+from skylimb.flight.realtime.beginning import beginning_of
 from skylimb.flight.realtime.link import RemoteVehicle
 from skylimb.flight.realtime.pacer import Pacer
 from skylimb.flight.realtime.preflight import Check, StartLimits, checks, desk_of
@@ -26,6 +30,7 @@ class Look:
         robot: of the file.
         vehicle: the robot itself.
         clock: of the flight.
+        first: row of the mission.
         limits: of a start, and the fence.
         calibration: that it flies with.
         patience: how long the first measurement is waited for, s.
@@ -37,12 +42,14 @@ class Look:
         robot: Robot,
         vehicle: RemoteVehicle,
         clock: Pacer,
+        first: Reference,
         limits: StartLimits,
         calibration: Calibrated | None,
         patience: float,
         unprotected: str,
     ) -> None:
         self._robot, self._vehicle, self._clock, self._limits = robot, vehicle, clock, limits
+        self._first = first
         self._calibration = calibration if isinstance(calibration, str) else None
         self._unprotected = unprotected
         self._patience, self._bodies = patience, Bodies(robot, robot.description.imu.link)
@@ -55,13 +62,14 @@ class Look:
             OutputError: when none comes.
         """
         vehicle, begun = self._vehicle, time.monotonic()
-        heard_at = begun
+        heard_at, measured = begun, nothing_measured(self._robot)
         self._clock.start()
         while vehicle.heard is None or time.monotonic() < heard_at + seconds:
             if vehicle.heard is None:
                 heard_at = time.monotonic()
             vehicle.greet()
-            self._feel(vehicle.measure())
+            measured = vehicle.measure()
+            self._feel(measured)
             if vehicle.heard is None and heard_at > begun + self._patience:
                 heard = ", ".join(f"{what} {count} times" for what, count in vehicle.counts.items())
                 raise OutputError(
@@ -69,7 +77,10 @@ class Look:
                 )
             time.sleep(self._clock.period)
         desk = desk_of(self._robot, vehicle.heard.mass, self._calibration, self._unprotected)
-        return [*checks(desk, vehicle.known(self._bodies.of, self._imu.off), self._limits)]
+        known = vehicle.known(self._bodies.of, self._imu.off)
+        if known.body is not None:
+            known = replace(known, beginning=beginning_of(self._robot, self._first, known.body, measured))
+        return [*checks(desk, known, self._limits)]
 
     def _feel(self, measured: Measurement) -> None:
         """Hold what an IMU says against the pose beside which it came."""
@@ -81,14 +92,22 @@ class Look:
             felt = Imu(np.array(state.imu_angular_velocity), np.array(state.imu_specific_force))
             self._imu.take(body.R_W_link @ mount, mount.T @ body.rates_link, felt)
 
-    def outside(self, driver: FreeDriver, k: int) -> str:
-        """How the robot was beyond the fence at tick `k`; empty where it was not, or nobody knows."""
-        place = self.place(driver, k)
+    def outside(self, seen: Sequence[np.ndarray]) -> str:
+        """How it was beyond the fence, measured so (see `place`); empty where it was not, or nobody knows."""
+        place = self.place(seen)
         outside = "" if place is None else self._limits.outside(place)
         return outside and f"beyond the fence: {outside}"
 
-    def place(self, driver: FreeDriver, k: int) -> np.ndarray | None:
-        """Its centre of gravity at tick `k` as measured, W, m, (3,); None where that is no number."""
-        row, places = driver.log[k], driver.layout.slices
-        seen = [row[places[name]] for name in MEASURED[:6]]
+    def place(self, seen: Sequence[np.ndarray]) -> np.ndarray | None:
+        """Its centre of gravity, W, m, (3,); None where it was not measured.
+
+        Args:
+            seen: the first six entries of a measurement.
+        """
         return self._bodies.of(seen).cog if np.isfinite(np.hstack(seen)).all() else None
+
+
+def measured_at(driver: FreeDriver, k: int) -> list[np.ndarray]:
+    """The first six entries of what was measured at tick `k`."""
+    row, places = driver.log[k], driver.layout.slices
+    return [row[places[name]] for name in MEASURED[:6]]

@@ -17,6 +17,7 @@ import numpy as np
 
 from skylimb.analysis.exchange.body import Body
 from skylimb.base.errors import ConfigError
+from skylimb.flight.realtime.beginning import Beginning
 from skylimb.flight.realtime.resting_imu import ImuOff
 from skylimb.robots.model import Robot
 
@@ -40,6 +41,9 @@ class StartLimits:
         fence: x, y and z between which the centre of gravity has to stay, W, m.
         disk: free space, bytes.
         calibrated: age of the calibration, days.
+        start_place: way to where a mission begins that nobody leads to, m.
+        start_heading: turn there, rad.
+        start_joints: of a shape joint there, rad.
         mass: by how much a robot may weigh more or less than its file's, part of it.
     """
 
@@ -53,6 +57,9 @@ class StartLimits:
     fence: tuple[tuple[float, float], ...] = ((-20.0, 20.0), (-20.0, 20.0), (-2.0, 10.0))
     disk: float = 1e9
     calibrated: float = 30.0
+    start_place: float = 0.1
+    start_heading: float = 0.3
+    start_joints: float = 0.1
     mass: float = 0.02
 
     @property
@@ -142,6 +149,7 @@ class Measured:
         battery: charge, per cent; None where nobody has to say, NaN where who has to did not.
         foreign: who else commands it, "node on topic"; None where that cannot be known.
         imu: how far off it is; None where nobody has one.
+        beginning: how far the mission's is; None where the robot is led there.
     """
 
     body: Body | None
@@ -150,6 +158,7 @@ class Measured:
     battery: float | None = None
     foreign: tuple[str, ...] | None = ()
     imu: ImuOff | None = None
+    beginning: Beginning | None = None
 
 
 def checks(desk: Desk, measured: Measured, limits: StartLimits) -> Iterator[Check]:
@@ -162,6 +171,8 @@ def checks(desk: Desk, measured: Measured, limits: StartLimits) -> Iterator[Chec
         yield _below("motion", float(np.linalg.norm(body.velocity)), limits.start_speed, "m/s")
         outside = limits.outside(body.cog)
         yield Check("fence", outside or "inside", limits.fence_words, not outside)
+    if measured.beginning is not None:
+        yield from _at_its_beginning(measured.beginning, limits)
     if measured.imu is not None:
         yield _below("IMU's force", measured.imu.force, limits.start_force, "m/s^2 beside gravity")
         yield _below("IMU's turning", measured.imu.turning, limits.start_turning, "rad/s beside the robot's")
@@ -191,6 +202,22 @@ def checks(desk: Desk, measured: Measured, limits: StartLimits) -> Iterator[Chec
         told, own = desk.masses
         found = f"{told:.3f} kg as described, {own:.3f} kg in its file"
         yield Check("robot", found, f"within {100.0 * limits.mass:g} %", abs(told / own - 1.0) <= limits.mass)
+
+
+def _at_its_beginning(begins: Beginning, limits: StartLimits) -> Iterator[Check]:
+    """Whether the robot is where its mission begins, and what to do where it is not."""
+    for name, way, most, unit, there in (
+        ("place", begins.place, limits.start_place, "m", _numbers(begins.at)),
+        ("heading", begins.heading, limits.start_heading, "rad", f"yaw {begins.yaw:.2f}"),
+        ("joints", begins.joints, limits.start_joints, "rad", _numbers(begins.angles)),
+    ):
+        found, allowed = f"{way:.3g} {unit} from the mission's beginning", f"at most {most:g}"
+        fine = way <= most
+        yield Check(name, found, allowed if fine else f"{allowed}; lead it to {there} {unit} first", fine)
+
+
+def _numbers(values: np.ndarray) -> str:
+    return f"({', '.join(f'{value:.2f}' for value in values)})"
 
 
 def _below(name: str, value: float, most: float, unit: str) -> Check:

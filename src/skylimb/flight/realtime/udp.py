@@ -5,6 +5,7 @@ from __future__ import annotations
 import ipaddress
 import socket
 from collections.abc import Iterable
+from typing import Any
 
 from skylimb.base.errors import ConfigError
 from skylimb.flight.realtime.link import Datagram
@@ -44,7 +45,7 @@ class UdpLink:
 
     Args:
         own: host and port to listen on; port 0 for any that is free.
-        peer: where to send to; None for whoever was heard last.
+        peer: where to send to, and whose address alone is believed; None for whoever is answered (`answer`).
     """
 
     def __init__(self, own: tuple[str, int], peer: tuple[str, int] | None = None) -> None:
@@ -57,6 +58,7 @@ class UdpLink:
             raise ConfigError(f"cannot listen on {own[0]}:{own[1]}: {error.strerror or error}") from error
         self._socket.setblocking(False)
         self._peer = peer
+        self._named = None if peer is None else peer[0]
 
     @property
     def address(self) -> tuple[str, int]:
@@ -73,13 +75,15 @@ class UdpLink:
                 data, sender = self._socket.recvfrom(LONGEST + 1)
             except OSError:  # nothing there, or the peer's port is closed: both mean silence
                 break
-            if self._peer is None:
-                self._peer = sender
-            found.append(Datagram(data, sender))
+            found.append(Datagram(data, sender, self._named not in (None, sender[0])))
             if len(found) > most:
                 del found[0]
                 dropped += 1
         return found, dropped
+
+    def answer(self, sender: Any) -> None:
+        """Send to whoever sent something from now on."""
+        self._peer = sender
 
     def send(self, data: bytes) -> None:
         """Send one datagram; lost while nobody is known or there is no way."""

@@ -16,7 +16,7 @@ from threading import Event
 from types import FrameType
 
 from skylimb.base.errors import OutputError
-from skylimb.base.interrupts import ENDS, answering
+from skylimb.base.interrupts import ENDS, answering, insists
 from skylimb.studies.campaign.engines import DEATHS, Engine, WorkerError
 from skylimb.studies.campaign.rows import LOST, QUARANTINED, make_row
 from skylimb.studies.campaign.store import Key, Store
@@ -150,12 +150,12 @@ class FlightQueue:
 
 @contextmanager
 def watching_interrupts() -> Iterator[Event]:
-    """What the first SIGINT or SIGTERM sets; the second is a KeyboardInterrupt. Main thread only."""
+    """What the first of `ENDS` sets; a second one that insists is a KeyboardInterrupt. Main thread only."""
     stop = Event()
 
     def on_signal(number: int, frame: FrameType | None) -> None:
-        del number, frame
-        if stop.is_set():
+        del frame
+        if stop.is_set() and insists(number):
             raise KeyboardInterrupt
         stop.set()
 
