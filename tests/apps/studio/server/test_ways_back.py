@@ -223,9 +223,12 @@ def test_a_page_outlives_a_killed_server_and_hears_the_farewell_of_the_next(
             os.kill(process.pid, signal.SIGKILL)
             until(page, "!skylimbStudio.line.open")
             wait_for(lambda: "onnect" in page.locator("#status").inner_text())
+            page.locator("#picture canvas").press("r")
+            page.locator("#notes").get_by_text("No connection: nothing is done until it is back.").wait_for()
         with served(port, tmp_path) as process:
             until(page, "skylimbStudio.line.open && skylimbStudio.shell.seats.drives")
             until(page, "skylimbStudio.figures !== window.before && skylimbStudio.past.end > 0.3")
+            assert "Another studio answers" in page.locator("#notes").inner_text()
             assert "Flying" in page.locator("#status").inner_text()
             process.terminate()
             wait_for(lambda: "is kept in" in page.locator("#status").inner_text())
