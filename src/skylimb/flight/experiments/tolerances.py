@@ -23,7 +23,12 @@ class Tolerances:
     ] = 0.30
     force_spread: Annotated[
         float,
-        Key("", "greatest root mean square error of its 5 ms mean, as a share of the commanded", 0.0, 10.0),
+        Key(
+            "",
+            "greatest standard deviation of the error of its 5 ms mean, as a share of the commanded",
+            0.0,
+            10.0,
+        ),
     ] = 0.5
     force_peak: Annotated[
         float,
