@@ -72,7 +72,7 @@ class Tolerances:
         float,
         Key(
             "",
-            "share by which what is drawn of a stroke may be longer than it, besides five times `finest`",
+            "share by which what is drawn of a stroke may be longer than it, besides eight times `finest`",
             0.0,
             1e3,
         ),
