@@ -194,7 +194,7 @@ def test_a_short_stroke_that_is_drawn_three_times_is_told_as_such():
     assert missed(scores) == {"strokes"}
     (words,) = scores["missed"]
     assert words.startswith("the line is drawn to and fro: 47")
-    assert words.endswith(" mm for its 400 mm, 445 mm allowed")
+    assert words.endswith(" mm for its 400 mm, 448 mm allowed")
     assert not scores["strokes"][0]["kept"]
     short = line / 40.0
     assert "strokes" in missed(judged([short], [along(short, [0.0, 1.0, 0.2, 1.0])]))

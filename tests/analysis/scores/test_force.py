@@ -79,6 +79,10 @@ def test_a_force_that_swings_from_nothing_to_twice_is_no_steady_one(make_log, fr
     assert missed(pressed(log, 1.0, 1.0 + 0.6 * wave)) == set()
 
 
+def test_a_steady_force_that_is_too_small_does_not_hammer(make_log):
+    assert missed(pressed(make_log(dt=0.005), 3.0, 0.3)) == {"force", "force_swing"}
+
+
 def test_blows_are_no_force_however_right_their_mean(make_log):
     log = make_log(dt=0.005)
     blows = np.where(np.arange(log.sizes["time"]) % 40 < 2, 20.0, 0.0)

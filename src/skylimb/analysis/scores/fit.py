@@ -31,7 +31,7 @@ COARSE = 0.001
 FARTHEST, FARTHEST_MARK = 3.0, 4.0
 """How much farther than the root mean square a single place may be off, and a mark beside the line."""
 
-_ENDS = 5.0
+_ENDS = 8.0
 """How much longer a stroke may be for what the pen draws as it begins and ends: so many times `finest`."""
 
 _BEHIND_FINEST, _BEHIND = 8.0, 6.0

@@ -23,7 +23,12 @@ class Tolerances:
     ] = 0.30
     force_spread: Annotated[
         float,
-        Key("", "greatest root mean square error of its 5 ms mean, as a share of the commanded", 0.0, 10.0),
+        Key(
+            "",
+            "greatest standard deviation of the error of its 5 ms mean, as a share of the commanded",
+            0.0,
+            10.0,
+        ),
     ] = 0.5
     force_peak: Annotated[
         float,
@@ -67,7 +72,7 @@ class Tolerances:
         float,
         Key(
             "",
-            "share by which what is drawn of a stroke may be longer than it, besides five times `finest`",
+            "share by which what is drawn of a stroke may be longer than it, besides eight times `finest`",
             0.0,
             1e3,
         ),
