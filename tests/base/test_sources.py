@@ -174,3 +174,16 @@ def test_a_file_larger_than_its_kind_is_refused_before_it_is_read(tmp_path: Path
         file.truncate(10**12)  # with holes: it takes no place
     with pytest.raises(UnreadableError, match=r"more than 0\.25 MB, the most for a \.toml file"):
         read_source(tmp_path / "large.toml")
+
+
+def test_a_file_that_changes_the_working_folder_leaves_paths_as_they_are(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path)
+    Path("moves.py").write_text("import os; os.chdir('elsewhere')\nGains = 1\n", encoding="utf-8")
+    with pytest.warns(
+        UserWarning, match=r"'moves\.py' changes the working folder to '.*elsewhere'; it is set back"
+    ):
+        load_module(Path("moves.py"), ("Gains",))
+    assert Path.cwd() == tmp_path

@@ -146,3 +146,10 @@ def test_a_controller_of_ones_own_has_no_units() -> None:
     experiment = skylimb.load_experiment("paper")
     units = config_units(experiment, NumpyController())  # type: ignore[arg-type]
     assert not [name for name in units if name.startswith("controller.")]
+
+
+def test_a_flight_that_is_ended_before_its_stop_was_not_stopped_by_it() -> None:
+    flight = skylimb.begin("free_flight", "hybrid", set={"stop_at": 0.2})
+    for _ in range(20):
+        flight.tick()
+    assert flight.finish().status == "FAILED"  # ended from outside, as by Ctrl-C

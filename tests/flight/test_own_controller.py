@@ -10,7 +10,7 @@ import pytest
 import skylimb
 from short_flights import HOLD
 from skylimb.base.config import write_toml
-from skylimb.base.errors import UnknownNameError
+from skylimb.base.errors import ConfigError, UnknownNameError
 from skylimb.control.preset import preset_mapping
 from skylimb.flight.drivers.native import fly_native, native_available
 from skylimb.flight.flying import fly_here
@@ -147,3 +147,11 @@ def test_signals_are_those_of_the_first_tick(tmp_path: Path, signals: str, messa
     run = skylimb.run("paper", written(tmp_path, signals), set=HOLD)
     assert run.failed
     assert re.search(rf"^broken off at t = 0\.100 s: controller 'own'.*{message}", run.cause)
+
+
+def test_a_law_is_no_controller(tmp_path: Path) -> None:
+    law = Path(__file__).parents[2] / "examples" / "laws" / "spring.py"
+    with pytest.raises(
+        ConfigError, match=r"spring\.py' is a law, not a controller; name it in the slot of a preset"
+    ):
+        skylimb.run("paper", str(law))

@@ -195,6 +195,8 @@ def test_an_error_in_flight_ends_it_with_its_log(presets: dict[str, str], tmp_pa
         ("raise ValueError('too soft')", r"translation law 'plain\.py' fails in .*, line \d+, .*too soft"),
         ("return state, body.position[0:2], {'lqr_feedback': K}",
          r"law 'plain\.py': step returns other things than at load: output: got shape \(2,\), expected "),
+        ("return state, np.nan * body.position, {'lqr_feedback': K}",
+         r"law 'plain\.py' in .*, line \d+, `return state, np\.nan .*: step returns output: \[nan, "),
     ):  # fmt: skip
         changed = text.replace("    acceleration =", late.format(what))
         (tmp_path / "plain.py").write_text(changed, encoding="utf-8")

@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import importlib.abc
 import importlib.util
+import os
 import sys
 import sysconfig
+import warnings
 import zlib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -88,6 +90,24 @@ def load_module(path: Path, needed: tuple[str, ...]) -> ModuleType:
     return module
 
 
+@contextmanager
+def _same_folder(path: Path) -> Iterator[None]:
+    """Set the working folder back where a user's file changes it, with a warning: paths begin in it."""
+    before = Path.cwd()
+    try:
+        yield
+    finally:
+        if Path.cwd() != before:
+            moved = Path.cwd()
+            os.chdir(before)
+            warnings.warn(
+                f"'{path.name}' changes the working folder to '{moved}'; it is set back to '{before}', where "
+                "paths begin. Files beside it are under Path(__file__).parent",
+                UserWarning,
+                stacklevel=2,
+            )
+
+
 def _unchanged(module: ModuleType) -> bool:
     """Whether every file that was read for a module still has the content that was read."""
     try:
@@ -107,7 +127,7 @@ def _executed(path: Path, name: str) -> ModuleType:
     module.__file__ = str(path)
     sys.modules[name] = module
     try:
-        with UserCode(f"import of '{path.name}'"), _importing_beside(path.parent, read):
+        with UserCode(f"import of '{path.name}'"), _importing_beside(path.parent, read), _same_folder(path):
             loader.exec_module(module)
             read += [read_source(path.parent / name) for name in getattr(module, "FILES", ())]
     except BaseException:

@@ -169,6 +169,12 @@ def _change(mapping: dict[str, Any], changes: Mapping[str, Any], path: Path) -> 
 
 
 def _users_controller(file: str, robot: Robot) -> UserController:
+    module = load_module(Path(file), ())
+    if not hasattr(module, "controller") and hasattr(module, "Gains") and hasattr(module, "step"):
+        raise ConfigError(
+            f"file '{file}' is a law, not a controller; name it in the slot of a preset, as in [translation] "
+            f'law = "{file}", or for one flight: --controller hybrid --set controller.translation.law={file}'
+        )
     module = load_module(Path(file), ("controller",))
     origin = Origin(Path(file).as_posix(), module.controller, sources_of_module(module))
     return user_controller(origin.made(robot), robot, origin)

@@ -117,6 +117,12 @@ def _fitting(record: Any, template: Any, what: str, expected: str) -> tuple[Layo
     return layout, flat
 
 
+def called(name: str) -> str:
+    """An entry of what a step returns, in words: "signals pull"."""
+    head, _, rest = name.partition(".")
+    return " ".join(filter(None, (PARTS.get(head, head), rest)))
+
+
 def _shown(value: Any) -> str:
     if isinstance(value, np.ndarray):
         return f"an array of shape {value.shape}"

@@ -22,7 +22,7 @@ from skylimb.base.packing import Layout, is_numeric, structure
 from skylimb.base.user_code import described, returned
 from skylimb.control.law_fields import require_fit
 from skylimb.control.law_monitor import LawMonitor, monitored_like, unmonitored
-from skylimb.control.law_results import PARTS, checked
+from skylimb.control.law_results import called, checked
 from skylimb.control.prepared_gains import handed, preparing
 from skylimb.control.python_laws import PythonFunction
 from skylimb.control.slots import SLOTS, Slots
@@ -219,7 +219,7 @@ class _TriedLaw:
             made, result = checked(result, self._slot, name, what, state, self._hover.robot, law.signals)
             if results and (odd := sorted(known.slices.keys() ^ made.slices.keys())):
                 raise UserCodeError(
-                    f"{what} does not always return {_called(odd[0])}; whatever is recorded is recorded at "
+                    f"{what} does not always return {called(odd[0])}; whatever is recorded is recorded at "
                     "every tick"
                 )
             results.append(result)
@@ -263,11 +263,5 @@ def _differing(layout: Layout[Any], one: np.ndarray, other: np.ndarray) -> str:
         return "shape"
     for name, part in layout.slices.items():
         if not np.allclose(one[part], other[part], TOLERANCE, TOLERANCE, equal_nan=True):
-            return _called(name) or "result"
+            return called(name) or "result"
     return ""
-
-
-def _called(name: str) -> str:
-    """An entry of what a step returns, in words: "signals pull"."""
-    head, _, rest = name.partition(".")
-    return " ".join(filter(None, (PARTS.get(head, head), rest)))

@@ -16,8 +16,9 @@ import numpy as np
 from skylimb.base.errors import UserCodeError
 from skylimb.base.packing import Layout, is_numeric
 from skylimb.base.split_function import Asked
+from skylimb.base.user_code import returned
 from skylimb.control.law_monitor import unmonitored
-from skylimb.control.law_results import PARTS
+from skylimb.control.law_results import PARTS, called
 from skylimb.control.slots import Slot
 from skylimb.control.user_functions import Prepared, UserLaw
 from skylimb.robots.model import Robot
@@ -68,7 +69,7 @@ def _bound(
 ) -> Callable[[], None]:
     """Runs a law's function on flat arrays."""
     read, write, call = function.given.reader(given), function.made.writer(made), law.plain[name]
-    first = read()[0]
+    first, output = read()[0], _output(name, function.made)
     if isinstance(first, Prepared) and not is_numeric(first.made):
         call = _preparing(law, robot, call, given[: Layout(first.gains).size])
 
@@ -79,8 +80,21 @@ def _bound(
         except ValueError as error:
             said = PARTS.get(str(error)[0], str(error)[0]) + str(error)[1:]
             raise UserCodeError(f"{law.what}: {name} returns other things than at load: {said}") from error
+        for part, words in output:
+            if not np.isfinite(made[part]).all():
+                _, place = returned(call, *read())
+                what, numbers = f"{law.what}{f' in {place}' if place else ''}: {name}", made[part].tolist()
+                got = numbers[0] if len(numbers) == 1 else numbers
+                raise UserCodeError(f"{what} returns {words}: {got}, expected finite numbers")
 
     return run
+
+
+def _output(name: str, made: Layout[Any]) -> list[tuple[slice, str]]:
+    """Where the output stands among what a function of a law makes, each part in words; a state is none."""
+    if name == "aim":
+        return [(slice(0, made.size), "a force")]
+    return [(part, called(key)) for key, part in made.slices.items() if name == "step" and key[:1] == "1"]
 
 
 def _preparing(law: Any, robot: Robot, call: Callable[..., Any], gains: np.ndarray) -> Callable[..., Any]:

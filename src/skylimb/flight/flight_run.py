@@ -97,7 +97,8 @@ def _status(plan: FlightPlan, cause: str, values: Mapping[str, np.ndarray], tick
     """What became of a flight: one that was stopped (`stop_at`), or whose time was over, was not lost."""
     if not cause:
         return OK
-    if plan.experiment.stop_at is not None and cause == stopped_cause(ticks, plan.mission):
+    asked = plan.experiment.stop_at is not None and ticks >= plan.count  # and was not interrupted before
+    if asked and cause == stopped_cause(ticks, plan.mission):
         return STOPPED
     at = values.get(MISSION_TIME, ())
     held_back = len(at) > 0 and cause == held_back_cause(float(at[-1]), plan.mission)
