@@ -31,8 +31,8 @@ _FACTORS = (10.0, 10.0**0.5)
 _LEAST_PUSH, _MOST_PUSH = 1e-2, 1e2
 """Multiples of the usual levels beyond which nothing is tried: no model is exact to less."""
 
-_PUSHED = 2.0
-"""Multiple of the least level above which pushes are told; a flight without any has the least."""
+_PUSHED = 5.0
+"""Multiple of the least level above which pushes are told; a flight without any has up to three times it."""
 
 _ROUGH, _SETTLED = 0.03, 1e-3
 """A step below this part of every standard deviation ends a search."""
