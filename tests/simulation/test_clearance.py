@@ -150,3 +150,16 @@ def test_a_flight_that_touches_nothing_has_no_clearance():
     free = skylimb.run("free_flight", "pid", set={"stop_at": 0.5})
     assert json.loads(free.log.attrs["clearance"]) is None
     assert "clearance" not in free.metrics["checks"]
+
+
+def test_what_comes_near_between_two_looks_is_seen():
+    """A robot that flies to the board and back at 1 m/s, and turns in the middle between two looks."""
+    plant = take_off("paper", ("pid",))[0].plant
+    data, times = mujoco.MjData(plant.model), 0.005 * np.arange(200)
+    qpos = np.tile(data.qpos, (len(times), 1))
+    nearest = 85  # 0.425 s: looks are at 0.40 and 0.45 s
+    qpos[:, 0] -= np.abs(times - times[nearest])
+    found = least_clearance(plant, qpos, times, plant.surface)
+    assert found.time == pytest.approx(times[nearest])
+    alone = least_clearance(plant, qpos[nearest : nearest + 1], times[nearest : nearest + 1], plant.surface)
+    assert found.distance == pytest.approx(alone.distance)

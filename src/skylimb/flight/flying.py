@@ -22,6 +22,7 @@ from skylimb.flight.drivers.world import World, world
 from skylimb.flight.events.rotor import thrust_scales
 from skylimb.flight.takeoff import Takeoff
 from skylimb.simulation.engine_timer import without_timer
+from skylimb.simulation.plant_tick import rotor_scales
 from skylimb.simulation.tick import CompiledTick
 from skylimb.simulation.vehicle import SimulatedVehicle
 
@@ -107,6 +108,6 @@ def simulated_vehicle(
     """
     faster = functools.partial(fastest, build=build)
     sensors = takeoff.remembering
-    scales = thrust_scales(takeoff.plant.model, takeoff.robot.n_rotors, world.events.model)
+    scales = thrust_scales(rotor_scales(takeoff.plant.model, takeoff.robot.n_rotors), world.events.model)
     here = world.plant, world.data, rows, sensors, takeoff.period, scales
     return SimulatedVehicle(*here, world.hooks, faster, world.advance)

@@ -30,6 +30,7 @@ from skylimb.flight.loading import Use, plan_flights
 from skylimb.flight.plan import FlightPlan, checked
 from skylimb.robots.model import Robot
 from skylimb.simulation.plant import Plant, build_plant, initial_data
+from skylimb.simulation.plant_tick import rotor_scales
 from skylimb.simulation.robot_bodies import TIP_SITE
 from skylimb.simulation.rows import FlightRows, flight_rows
 from skylimb.simulation.sensors import SensorConfig
@@ -87,7 +88,8 @@ class Takeoff(FlightPlan):
     def fixed_rows(self) -> FlightRows:
         """References and noise of the whole mission, whenever the flight is stopped."""
         experiment, events, robot = self.experiment, self.timeline(self.times), self.plant.robot
-        scales = self._of(thrust_scales, self.plant.model, robot.n_rotors, events.model)
+        before = self._of(rotor_scales, self.plant.model, robot.n_rotors)
+        scales = self._of(thrust_scales, before, events.model)
         known = self.mission, experiment.sensors, experiment.seed, self.window
         rows = self._of(flight_rows, robot, *known, scales)
         return rows if events.rows is None else self._of(FlightRows.with_added, rows, events.rows.added)

@@ -16,7 +16,7 @@ from skylimb.simulation.plant import Plant
 from skylimb.simulation.surfaces.touched import Touched
 
 _EVERY = 0.05
-"""Time between the moments that are looked at, s."""
+"""Time between the moments that are looked at first, s; around the nearest of them every tick is."""
 
 
 class Clearance(NamedTuple):
@@ -39,9 +39,16 @@ def least_clearance(plant: Plant, qpos: np.ndarray, times: np.ndarray, surface: 
         times: of the ticks, s, (ticks,).
         surface: as it was then.
     """
-    parts, which, poses = _parts(plant.robot)
     step = max(round(_EVERY / float(times[1] - times[0])), 1) if len(times) > 1 else 1
-    qpos, times = qpos[::step], times[::step]
+    seldom = _nearest(plant, qpos[::step], times[::step], surface)
+    around = np.abs(times - seldom.time) < _EVERY
+    closely = _nearest(plant, qpos[around], times[around], surface)
+    return min(seldom, closely, key=lambda one: one.distance)
+
+
+def _nearest(plant: Plant, qpos: np.ndarray, times: np.ndarray, surface: Touched) -> Clearance:
+    """The nearest that any part came at just these moments; see `least_clearance`."""
+    parts, which, poses = _parts(plant.robot)
     angles = (qpos[:, list(plant.joint_qpos)].T, qpos[:, list(plant.vectoring_qpos)].T)
     placed = poses.map(len(times))(*angles).full().T.reshape(len(times), -1, 4, 3)
     turns = np.array([rotation_from_quaternion(row) for row in qpos[:, 3:7]])

@@ -116,3 +116,14 @@ def test_a_folder_without_a_log_is_no_experiment(tmp_path: Path, capsys: pytest.
     assert main(["calibrate", str(tmp_path), "--out", str(tmp_path / "made")]) == 2
     assert f"folder '{tmp_path}' holds no log.nc" in capsys.readouterr().err
     assert not (tmp_path / "made").exists()
+
+
+def test_pushes_that_nothing_explains_are_told(made: Calibration) -> None:
+    """With air drag the residuals are as small as noise, as the level of the pushes is fitted."""
+    assert not made.estimate.pushed
+    assert made.verdict.endswith("What is left is the sensors' noise.")
+    noise = made.estimate.noise
+    for one in (noise._replace(push=0.016), noise._replace(turn=0.005)):
+        pushed = replace(made, estimate=replace(made.estimate, noise=one))
+        assert "noise and pushes that nothing explains" in pushed.verdict
+        assert f"{one.push:.2g} m/s^2" in pushed.verdict

@@ -171,9 +171,11 @@ def fitted(strokes: Strokes, width: float, height: float = 0.0) -> Strokes:
     scale = min(scales)
     size = scale * sides
     if not SMALLEST <= float(size.max()) <= LARGEST:
+        larger = ("width", "height")[int(np.argmax(size))]
+        way = "limit" if size.max() > LARGEST else "change"
         raise ConfigError(
-            f"the drawing would be {size[0]:.4g} m x {size[1]:.4g} m; its larger side must be "
-            f"{SMALLEST:g} .. {LARGEST:g} m: change trajectory.width or trajectory.height"
+            f"the drawing would be {size[0]:.4g} m wide and {size[1]:.4g} m high; its larger side must be "
+            f"{SMALLEST:g} .. {LARGEST:g} m: {way} its {larger} (trajectory.{larger})"
         )
     if scale * strokes.length > _LONGEST:
         raise ConfigError(

@@ -10,12 +10,10 @@ from collections.abc import Sequence
 from dataclasses import field
 from typing import Annotated, ClassVar, Literal
 
-import mujoco
 import numpy as np
 
 from skylimb.base.keys import Key, configuration
 from skylimb.flight.events.event import Change, Event, EventContext, ModelRows, require_known, write_changes
-from skylimb.simulation.plant_tick import rotor_scales
 
 
 @configuration
@@ -66,17 +64,16 @@ class RotorChange(Event):
         return ModelRows(rows.places, rows.values * left[:, :1] * left[:, 1:])
 
 
-def thrust_scales(model: mujoco.MjModel, rotors: int, events: ModelRows | None) -> np.ndarray:
+def thrust_scales(before: np.ndarray, events: ModelRows | None) -> np.ndarray:
     """Thrust that acts over what the lag of each rotor gives, (k, n), or (1, n) where nothing changes it.
 
     Args:
-        model: the engine's, before take-off.
-        rotors: how many there are.
+        before: the same before take-off, (n,).
         events: what the flight's events write into the model.
     """
-    scales = rotor_scales(model, rotors)[None]
+    scales = before[None]
     places = () if events is None else events.places
-    changed = [one for one in places if one.field == "actuator_gainprm" and one.row < rotors]
+    changed = [one for one in places if one.field == "actuator_gainprm" and one.row < len(before)]
     if events is None or not changed:
         return scales
     scales = np.repeat(scales, len(events.values), axis=0)

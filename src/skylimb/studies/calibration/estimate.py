@@ -31,6 +31,8 @@ _FACTORS = (10.0, 10.0**0.5)
 _LEAST_PUSH, _MOST_PUSH = 1e-2, 1e2
 """Multiples of the usual levels beyond which nothing is tried: no model is exact to less."""
 
+_PUSHED = 5.0
+"""Multiple of the least level above which pushes are told; a flight without any has up to three times it."""
 
 _ROUGH, _SETTLED = 0.03, 1e-3
 """A step below this part of every standard deviation ends a search."""
@@ -86,6 +88,12 @@ class Estimate:
     def shown(self) -> np.ndarray:
         """Whether the record shows each entry, (p,)."""
         return self.deviation < SHOWN_BELOW * spreads(self.parameters)
+
+    @property
+    def pushed(self) -> bool:
+        """Whether the record has clearly more unknown pushes or torques than the least that are tried."""
+        least = _PUSHED * _LEAST_PUSH
+        return self.noise.push > least * USUAL_NOISE.push or self.noise.turn > least * USUAL_NOISE.turn
 
     @property
     def labels(self) -> list[str]:

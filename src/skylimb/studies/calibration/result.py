@@ -142,6 +142,14 @@ class Calibration:
                 f"The flight shows {len(estimate.labels) - len(hidden)} of {len(estimate.labels)} numbers; "
                 f"it does not show {', '.join(hidden)}, whose intervals stay near what was believed before."
             )
+        if _TIGHT < self.left < _LOOSE and estimate.pushed:
+            # Their level is fitted, so that the residuals look like noise whatever pushes.
+            return (
+                f"{first} What is left is the sensors' noise and pushes that nothing explains "
+                f"({estimate.noise.push:.2g} m/s^2 and {estimate.noise.turn:.2g} m^2/s^2 over the root of a "
+                "hertz). They are taken to be random: where they go with the motion, as air drag does, "
+                "numbers may be off by more than their intervals say."
+            )
         if _TIGHT < self.left < _LOOSE:
             return f"{first} What is left is the sensors' noise."
         return (
