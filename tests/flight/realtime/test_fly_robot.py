@@ -46,6 +46,9 @@ class End:
         found = [Datagram(self.coming.popleft(), self.name) for _ in range(min(most, len(self.coming)))]
         return found, 0
 
+    def answer(self, sender: Any) -> None:
+        """The wire has one other end."""
+
     def send(self, data: bytes) -> None:
         if not self.cut:
             fields = msgspec.msgpack.decode(data)
@@ -259,7 +262,6 @@ def test_who_ends_it_lands_the_robot_and_a_second_time_stops_the_commands(number
 def test_over_udp_on_the_wall_clock() -> None:
     robot = UdpLink(("127.0.0.1", 0))
     near = UdpLink(("127.0.0.1", 0), robot.address)
-    robot._peer = near.address
     short = {**HOLD, "approach.contact": False, "approach.depth": 0.05}
     ticks: list[int] = []
     served = threading.Thread(target=lambda: ticks.append(serve_plant(robot, "paper", short)))
