@@ -355,6 +355,20 @@ def test_a_robot_that_is_not_where_its_mission_begins_is_not_flown(
         flown(spoil=spoil)
 
 
+def test_a_battery_that_stays_low_in_flight_lands_the_robot(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("skylimb.flight.realtime.charge.LASTS", 0.2)
+    states: list[int] = []
+
+    def drained(fields: dict[str, Any]) -> None:
+        states.append(0)
+        fields["battery"] = 90.0 if len(states) < 80 else 1.0
+
+    over, robot = flown(spoil=drained)
+    assert over.run.cause == "low battery: 1 per cent"
+    assert np.argmax(over.run.log.retreating.values > 0.0) == pytest.approx(80 + 40, abs=4)
+    assert robot.position()[2] < 0.05
+
+
 def test_a_robot_whose_imu_is_wrong_is_not_flown() -> None:
     def upside_down(fields: dict[str, Any]) -> None:
         fields |= {"imu_angular_velocity": (0.0, 0.0, 0.0), "imu_specific_force": (0.0, 0.0, -9.81)}

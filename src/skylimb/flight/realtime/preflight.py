@@ -37,7 +37,7 @@ class StartLimits:
         start_turning: of its rates from the robot's, rad/s.
         start_age: of a sensor's newest message, s.
         start_offset: of a sensor's clock from ours, s.
-        low_battery: least charge, per cent; the lab's, below which it also lands.
+        low_battery: least charge, per cent; the lab's. Below it for some seconds (`charge`) it also lands.
         fence: x, y and z between which the centre of gravity has to stay, W, m.
         disk: free space, bytes.
         calibrated: age of the calibration, days.
