@@ -67,9 +67,8 @@ def test_the_header_says_of_every_gain_what_it_is(tmp_path: Path) -> None:
 def test_a_header_and_a_source_of_two_exports_do_not_compile(tmp_path: Path) -> None:
     """Where all sizes agree, nothing else would tell."""
     for name in ("pid", "pid again"):
-        controller = cascade("pid")
-        gains = {"limits": Limits(hold_for=0.06)} if name != "pid" else {}
-        export_c(controller, tmp_path / name, **gains)
+        limits = Limits() if name == "pid" else Limits(hold_for=0.06)
+        export_c(cascade("pid"), tmp_path / name, limits=limits)
     one, other = tmp_path / "pid", tmp_path / "pid again"
     header = (one / "controller.h").read_text()
     assert '#define SKYLIMB_ROBOT "hydrus_xi_quad"\n#define SKYLIMB_CONTROLLER "pid"\n' in header
