@@ -64,6 +64,22 @@ def test_the_header_says_of_every_gain_what_it_is(tmp_path: Path) -> None:
     assert not [line for line in lines[1:] if line.startswith("#define") and ": " not in line]
 
 
+def test_a_header_and_a_source_of_two_exports_do_not_compile(tmp_path: Path) -> None:
+    """Where all sizes agree, nothing else would tell."""
+    for name in ("pid", "pid again"):
+        limits = Limits() if name == "pid" else Limits(hold_for=0.06)
+        export_c(cascade("pid"), tmp_path / name, limits=limits)
+    one, other = tmp_path / "pid", tmp_path / "pid again"
+    header = (one / "controller.h").read_text()
+    assert '#define SKYLIMB_ROBOT "hydrus_xi_quad"\n#define SKYLIMB_CONTROLLER "pid"\n' in header
+    whole = [shutil.which("cc") or "cc", "-std=c99", "-fsyntax-only", "controller.c"]
+    assert subprocess.run(whole, cwd=one, capture_output=True, check=False).returncode == 0
+    (one / "controller.h").write_text((other / "controller.h").read_text())
+    done = subprocess.run(whole, cwd=one, capture_output=True, text=True, check=False)
+    assert done.returncode != 0
+    assert "controller.h is of another export than controller.c" in done.stderr
+
+
 def test_the_example_notices_a_wrong_number(tmp_path: Path, strict_c: StrictC) -> None:
     folder = tmp_path / "export"
     export_c(cascade("hybrid"), folder)

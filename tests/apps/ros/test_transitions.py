@@ -105,7 +105,7 @@ def test_start_needs_a_position_a_battery_and_an_answer() -> None:
     flying, said = after(Flying(), seen(0.0, Order.START, position=None))
     assert flying.state == FlightState.ARM_OFF
     assert "position is not known" in said[0]
-    flying, said = after(Flying(), seen(0.0, Order.START, battery=9.0))
+    flying, said = after(Flying(), seen(0.0, battery=9.0), seen(3.0, Order.START, battery=9.0))
     assert (flying.state, flying.shown) == (FlightState.ARM_OFF, LOW_BATTERY)
     assert said == ["low battery: 9 per cent", "start is refused: low battery"]
     flying, said = after(at(FlightState.START), seen(5.1))
@@ -115,7 +115,10 @@ def test_start_needs_a_position_a_battery_and_an_answer() -> None:
 
 @pytest.mark.parametrize("state", [FlightState.TAKEOFF, FlightState.HOVER])
 def test_low_battery_lands(state: FlightState) -> None:
-    flying, said = after(at(state), seen(1.0, battery=10.0), seen(1.1, battery=9.9), seen(1.2, battery=9.8))
+    dips = seen(1.0, battery=0.0), seen(2.0, battery=80.0), seen(4.1, battery=5.0)
+    flying, said = after(at(state), *dips)
+    assert (flying.state, said) == (state, [])
+    flying, said = after(flying, seen(5.0, battery=10.0), seen(5.1, battery=9.6), seen(8.1, battery=9.8))
     assert (flying.state, flying.shown) == (FlightState.LAND, LOW_BATTERY)
     assert said == ["low battery: 10 per cent", "landing: low battery"]
 
@@ -198,8 +201,10 @@ def test_the_battery_is_read_by_the_labs_table() -> None:
     assert percentage(6 * 3.683, 6) == pytest.approx(10.0)
     assert percentage(6 * 3.446, 6) == pytest.approx(5.0)
     assert percentage(6 * 3.0, 6) == 0.0
-    for voltage in (float("nan"), float("inf"), 0.0, -1.0):
+    for voltage in (float("nan"), float("inf"), 0.0, -1.0, 6 * 4.36, 2220.0):
         assert np.isnan(percentage(voltage, 6))
+    assert np.isnan(percentage(22.2, 4))  # an empty pack of six cells
+    assert percentage(6 * 4.35, 6) == 100.0
 
 
 def test_rotors_that_the_supervisor_has_cut_are_disarmed() -> None:

@@ -47,6 +47,9 @@ class End:
         found = [Datagram(self.coming.popleft(), self.name) for _ in range(min(most, len(self.coming)))]
         return found, 0
 
+    def answer(self, sender: Any) -> None:
+        """The wire has one other end."""
+
     def send(self, data: bytes) -> None:
         if not self.cut:
             fields = msgspec.msgpack.decode(data)
@@ -303,7 +306,6 @@ def test_who_ends_it_lands_the_robot_and_a_second_time_stops_the_commands(number
 def test_over_udp_on_the_wall_clock() -> None:
     robot = UdpLink(("127.0.0.1", 0))
     near = UdpLink(("127.0.0.1", 0), robot.address)
-    robot._peer = near.address
     short = {**HOLD, "approach.contact": False, "approach.depth": 0.05}
     ticks: list[int] = []
     served = threading.Thread(target=lambda: ticks.append(serve_plant(robot, "paper", short)))
@@ -395,6 +397,20 @@ def test_a_robot_that_is_not_where_its_mission_begins_is_not_flown(
 ) -> None:
     with pytest.raises(ConfigError, match=words):
         flown(spoil=spoil)
+
+
+def test_a_battery_that_stays_low_in_flight_lands_the_robot(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("skylimb.flight.realtime.charge.LASTS", 0.2)
+    states: list[int] = []
+
+    def drained(fields: dict[str, Any]) -> None:
+        states.append(0)
+        fields["battery"] = 90.0 if len(states) < 80 else 1.0
+
+    over, robot = flown(spoil=drained)
+    assert over.run.cause == "low battery: 1 per cent"
+    assert np.argmax(over.run.log.retreating.values > 0.0) == pytest.approx(80 + 40, abs=4)
+    assert robot.position()[2] < 0.05
 
 
 def test_a_robot_whose_imu_is_wrong_is_not_flown() -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import sys
 from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -17,10 +19,11 @@ from skylimb.apps.ros1.installation import described_mass
 from skylimb.apps.ros1.master import MasterWatch
 from skylimb.base.errors import ConfigError
 from skylimb.base.rotations import rotation_from_rpy
+from skylimb.control.calibration_date import age_of, dated
 from skylimb.control.estimation.records import Imu
 from skylimb.control.supervisor.descents import unprotected
 from skylimb.control.supervisor.limits import Limits
-from skylimb.flight.realtime.preflight import Desk, Measured, StartLimits, checks, fence_of
+from skylimb.flight.realtime.preflight import Desk, Measured, StartLimits, checks, desk_of, fence_of
 from skylimb.flight.realtime.resting_imu import ImuOff, RestingImu
 
 LIMITS = StartLimits(fence=((-2.0, 2.0), (-1.0, 1.0), (0.0, 3.0)))
@@ -91,7 +94,9 @@ def test_what_is_measured_is_refused_by_its_name(change: dict[str, Any], words: 
     ("change", "words"),
     [
         ({"masses": (4.6, 4.12)}, "robot: 4.600 kg as described, 4.120 kg in its file"),
-        ({"calibrated": 31.0}, "age of the calibration: 31 days"),
+        ({"calibrated": 31.0}, "age of the calibration: 31 days (0 to 30)"),
+        ({"calibrated": -0.5}, "age of the calibration: -0.5 days"),
+        ({"calibrated": np.nan}, "age of the calibration: not known: its file does not say"),
         ({"free": 9e8}, "disk: 0.9 GB free"),
     ],
 )
@@ -119,6 +124,20 @@ def test_a_wrong_sign_unit_or_axis_of_an_imu_shows_on_the_ground(force: Any, gyr
         knock = 100.0 * (k % 9 == 0)
         imu.take(R, Z3, Imu(np.array(gyro) + knock, R.T @ (np.array(force) + knock)))
     assert imu.off == pytest.approx(off, abs=0.01, nan_ok=True)
+
+
+def test_a_calibration_is_as_old_as_it_says(tmp_path: Path) -> None:
+    """However it was copied."""
+    path, now = tmp_path / "calibration.toml", datetime.now(UTC)
+    path.write_text(dated('format = "x"\n'))
+    assert age_of(path) == pytest.approx(0.0, abs=0.01)
+    assert age_of(path) >= 0.0
+    for days in (400.0, -2.0):
+        path.write_text(f"made = {(now - timedelta(days=days)).isoformat()}\n")
+        desk = desk_of(skylimb.load_robot("hydrus_xi_quad"), None, str(path), "")
+        assert desk.calibrated == pytest.approx(days, abs=0.01)
+    path.write_text('format = "x"\n')
+    assert np.isnan(age_of(path))
 
 
 def test_a_fence_is_six_numbers_that_rise() -> None:

@@ -14,6 +14,8 @@ import pytest
 from skylimb.analysis.recording.run import Run
 from skylimb.apps.cli import main
 from skylimb.base.errors import OutputError
+from skylimb.control.calibration_date import age_of
+from skylimb.control.corrections import read_corrections
 from skylimb.robots.model import Robot
 from skylimb.studies.calibration.parameters import centers, scaled, slices, spreads
 from skylimb.studies.calibration.report import write_calibration
@@ -77,6 +79,8 @@ def test_a_folder_with_data_page_and_figures(made: Calibration, tmp_path: Path) 
         *(f"figures/{name}.png" for name in figures),
         "report.html",
     ]
+    assert 0.0 <= age_of(folder / "calibration.toml") < 0.1
+    assert read_corrections(folder / "calibration.toml") == made.corrections
     page = (folder / "report.html").read_text("utf-8")
     assert escape(made.verdict, quote=False).replace("'", "&#39;") in page
     assert escape(made.moved) in page

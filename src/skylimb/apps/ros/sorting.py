@@ -101,7 +101,7 @@ class MessageSorter:
             charge = percentage(float(one.value), self._cells)
             if not math.isnan(charge):
                 return {"battery": charge}
-            self.counts["battery voltage is no number"] += 1
+            self.counts[f"battery voltage is none of {self._cells} cells"] += 1
         else:
             self._sense(one)
         return {}

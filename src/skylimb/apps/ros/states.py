@@ -6,10 +6,12 @@ How one follows another is in `transitions`.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
 
 import numpy as np
+
+from skylimb.flight.realtime.charge import Charge
 
 
 class FlightState(IntEnum):
@@ -102,7 +104,7 @@ class Flying:
         blind: since when the position is not known, s.
         above: the height above the origin at which it was known last, m.
         force_landing: whether the landing is a forced one.
-        low_battery: whether the battery is nearly empty.
+        charge: whether the battery is nearly empty.
     """
 
     state: FlightState = FlightState.ARM_OFF
@@ -116,7 +118,12 @@ class Flying:
     blind: float = math.nan
     above: float = UNKNOWN_HEIGHT
     force_landing: bool = False
-    low_battery: bool = False
+    charge: Charge = field(default_factory=Charge)
+
+    @property
+    def low_battery(self) -> bool:
+        """Whether the battery is nearly empty, and has been so for some seconds."""
+        return self.charge.low
 
     @property
     def shown(self) -> int:

@@ -38,10 +38,10 @@ def advance(flying: Flying, seen: Seen, limits: FlightLimits) -> tuple[Flying, t
     said: list[str] = []
     flying = replace(_placed(flying, seen), light=min(flying.light, seen.now) if seen.light else math.inf)
     if seen.battery is not None:
-        low = seen.battery < limits.low_battery
-        if low and not flying.low_battery:
+        charge = flying.charge.after(seen.battery, limits.low_battery, seen.now)
+        if charge.low and not flying.low_battery:
             said.append(f"low battery: {seen.battery:.0f} per cent")
-        flying = replace(flying, low_battery=low)
+        flying = replace(flying, charge=charge)
     for order in seen.orders:
         flying = _ORDERS[order](flying, seen, limits, said)
     if seen.armed and flying.state == FlightState.ARM_OFF:

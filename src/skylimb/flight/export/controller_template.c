@@ -6,6 +6,12 @@
 #error "gates are comparisons that NaN fails: build without -ffast-math"
 #endif
 
+#if SKYLIMB_DIGEST != @DIGEST@
+#error "controller.h is of another export than controller.c"
+#endif
+
+const unsigned long skylimb_digest = @DIGEST@;
+
 int @FUNCTION@(const double** arg, double** res, long long* iw, double* w, int mem);
 
 const double skylimb_initial_state[SKYLIMB_STATE_SIZE] = {@STATE@};

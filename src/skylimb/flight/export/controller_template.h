@@ -8,6 +8,11 @@
 #define SKYLIMB_CONTROLLER_H
 
 #define SKYLIMB_PERIOD @PERIOD@ /* s */
+#define SKYLIMB_ROBOT @ROBOT_TEXT@
+#define SKYLIMB_CONTROLLER @CONTROLLER_TEXT@
+
+/* Of all of this export: a host compares it with `skylimb_digest` of what it was linked with. */
+#define SKYLIMB_DIGEST @DIGEST@
 
 @SIZES@
 
@@ -19,6 +24,9 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+/* SKYLIMB_DIGEST of the code that was compiled. */
+extern const unsigned long skylimb_digest;
 
 /* What the state begins with, the preset's gains, the limits of a command, and what is told while all is well. */
 extern const double skylimb_initial_state[SKYLIMB_STATE_SIZE];

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterator, Mapping
+from hashlib import sha256
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -73,6 +75,8 @@ def export_c(
         "main.c": (_TEMPLATES / "example_main.c").read_text("utf-8"),
         "host.c": (_TEMPLATES / "host.c").read_text("utf-8"),
     }
+    digest = f"0x{sha256(''.join(texts.values()).encode()).hexdigest()[:8]}ul"
+    texts = {name: text.replace("@DIGEST@", digest) for name, text in texts.items()}
     with new_folder(folder) as staging:
         for name, text in texts.items():
             (staging / name).write_text(text, encoding="utf-8")
@@ -151,7 +155,9 @@ def _header(controller: TraceableController, step: TracedStep, dt: float) -> str
             lines.append(f"#define SKYLIMB_{part.upper()}_{_upper(name)} {where.start} /* {comment} */")
     template = (_TEMPLATES / "controller_template.h").read_text("utf-8")
     return (
-        template.replace("@CONTROLLER@", controller.name)
+        template.replace("@ROBOT_TEXT@", json.dumps(controller.robot.name))
+        .replace("@CONTROLLER_TEXT@", json.dumps(controller.name))
+        .replace("@CONTROLLER@", controller.name)
         .replace("@ROBOT@", controller.robot.name)
         .replace("@PERIOD@", repr(float(dt)))
         .replace("@SIZES@", "\n".join(lines))

@@ -16,6 +16,7 @@ int main(void) {
   unsigned long before = 0;
   long ticks = 0;
   size_t read;
+  if (skylimb_digest != SKYLIMB_DIGEST) return 3; /* linked with another robot's controller */
   skylimb_reset(state);
   while ((read = fread(given, sizeof *given, count, stdin)) == count) {
     unsigned long status;

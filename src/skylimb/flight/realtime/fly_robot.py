@@ -157,7 +157,7 @@ def _fly(
                     cause = cause or ("broken off by the guard" if at <= last else "")
                 elif at > last or flown >= total:
                     guard.retreat()  # the mission is over: land
-                elif lost := _ended(ended) or _lost(driver, whole, limits, k, at) or look.outside(seen):
+                elif lost := _ended(ended) or _lost(driver, whole, limits, k, at) or look.left(seen):
                     guard.retreat(lost)
                     cause = lost
                 if flown >= count or landing.over:

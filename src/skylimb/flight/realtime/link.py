@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable, Iterable
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from skylimb.control.loop.vehicle import measured_layout, nothing_measured
 from skylimb.control.records import Command
 from skylimb.flight.realtime.faults import Faults
 from skylimb.flight.realtime.messages import (
+    GREETING,
     Names,
     RefusedMessageError,
     StateMessage,
@@ -58,6 +59,14 @@ class Link(Protocol):
 
     def send(self, data: bytes) -> None:
         """Send one; a link that is down loses it."""
+        ...
+
+
+class ServedLink(Link, Protocol):
+    """A link of who is flown: it is told whom to answer."""
+
+    def answer(self, sender: Any) -> None:
+        """Send to whoever sent something from now on."""
         ...
 
 
@@ -120,8 +129,8 @@ class RemoteVehicle:
         )
 
     def greet(self) -> None:
-        """Tell a robot that waits where we are; an empty map commands nothing."""
-        self._link.send(b"\x80")
+        """Tell a robot that waits where we are."""
+        self._link.send(GREETING)
 
     def measure(self) -> Measurement:
         """The newest measurement that has come."""

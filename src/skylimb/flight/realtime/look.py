@@ -16,6 +16,7 @@ from skylimb.control.loop.vehicle import MEASURED, nothing_measured
 from skylimb.control.missions.reference import Reference
 from skylimb.flight.drivers.free import FreeDriver
 from skylimb.flight.realtime.beginning import beginning_of
+from skylimb.flight.realtime.charge import Charge
 from skylimb.flight.realtime.link import RemoteVehicle
 from skylimb.flight.realtime.pacer import Pacer
 from skylimb.flight.realtime.preflight import Check, StartLimits, checks, desk_of
@@ -49,7 +50,7 @@ class Look:
         unprotected: str,
     ) -> None:
         self._robot, self._vehicle, self._clock, self._limits = robot, vehicle, clock, limits
-        self._first = first
+        self._first, self._charge = first, Charge()
         self._calibration = calibration if isinstance(calibration, str) else None
         self._unprotected = unprotected
         self._patience, self._bodies = patience, Bodies(robot, robot.description.imu.link)
@@ -91,6 +92,16 @@ class Look:
             body, mount = self._bodies.of(measured), self._mount
             felt = Imu(np.array(state.imu_angular_velocity), np.array(state.imu_specific_force))
             self._imu.take(body.R_W_link @ mount, mount.T @ body.rates_link, felt)
+
+    def left(self, seen: Sequence[np.ndarray]) -> str:
+        """Why a flight has to be broken off, of fence and battery; empty while it has not."""
+        state = self._vehicle.heard
+        if state is not None and state.battery is not None:
+            least, now = self._limits.low_battery, self._clock.clock()
+            self._charge = self._charge.after(state.battery, least, now)
+            if self._charge.low:
+                return f"low battery: {state.battery:.0f} per cent"
+        return self.outside(seen)
 
     def outside(self, seen: Sequence[np.ndarray]) -> str:
         """How it was beyond the fence, measured so (see `place`); empty where it was not, or nobody knows."""

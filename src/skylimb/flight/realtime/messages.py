@@ -19,6 +19,9 @@ from skylimb.robots.model import Robot
 
 T = TypeVar("T")
 
+GREETING = b"\x80"
+"""An empty map: it commands nothing, and says where one listens."""
+
 LONGEST = 4096
 """Bytes of a message at most; a longer one is none of ours."""
 
@@ -112,6 +115,7 @@ class Names:
         description = robot.description
         self.joints, self.vectoring = description.shape_joints, description.vectoring_joints
         self._all = (*self.joints, *self.vectoring)
+        self._rotors = len(description.rotors)
 
     def measurement(self, message: StateMessage) -> Measurement:
         """The measurement in a state, its joints put in the robot's order by name.
@@ -130,7 +134,11 @@ class Names:
         return Measurement(p, q, v, w, angles[:count], angles[count:], message.capture_age, imu)
 
     def command(self, message: CommandMessage) -> Command:
-        """The command in a message; see `measurement`."""
+        """The command in a message; see `measurement`. It has a finite number for each actuator."""
+        if len(message.thrusts) != self._rotors:
+            raise RefusedMessageError("wrong size")
+        if not all(map(math.isfinite, (*message.thrusts, *message.angles))):
+            raise RefusedMessageError("command is no number")
         angles, count = self._in_order(message.names, message.angles), len(self.joints)
         return Command(np.array(message.thrusts, dtype=float), angles[:count], angles[count:])
 

@@ -7,7 +7,6 @@ whatever fails here; with `--check` one looks for some seconds, says all of it, 
 from __future__ import annotations
 
 import shutil
-import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,6 +16,7 @@ import numpy as np
 
 from skylimb.analysis.exchange.body import Body
 from skylimb.base.errors import ConfigError
+from skylimb.control.calibration_date import age_of
 from skylimb.flight.realtime.beginning import Beginning
 from skylimb.flight.realtime.resting_imu import ImuOff
 from skylimb.robots.model import Robot
@@ -37,7 +37,7 @@ class StartLimits:
         start_turning: of its rates from the robot's, rad/s.
         start_age: of a sensor's newest message, s.
         start_offset: of a sensor's clock from ours, s.
-        low_battery: least charge, per cent; the lab's, below which it also lands.
+        low_battery: least charge, per cent; the lab's. Below it for some seconds (`charge`) it also lands.
         fence: x, y and z between which the centre of gravity has to stay, W, m.
         disk: free space, bytes.
         calibrated: age of the calibration, days.
@@ -113,7 +113,7 @@ class Desk:
 
     Attributes:
         masses: of the robot as it is described elsewhere, and of its file, kg; None where it is not.
-        calibrated: age of the calibration, days; None without one.
+        calibrated: age of the calibration, days; None without one, NaN where its file does not say.
         free: bytes that the disk has left.
         unprotected: rotors whose loss is not protected, in words; empty where nobody asked.
     """
@@ -133,7 +133,7 @@ def desk_of(robot: Robot, mass: float | None, calibration: str | None, unprotect
         calibration: its file.
         unprotected: rotors whose loss is not protected, in words.
     """
-    age = None if calibration is None else (time.time() - Path(calibration).stat().st_mtime) / 86400.0
+    age = None if calibration is None else age_of(calibration)
     masses = None if mass is None else (mass, float(robot.mass))
     return Desk(masses, age, float(shutil.disk_usage(Path.cwd()).free), unprotected)
 
@@ -194,7 +194,9 @@ def checks(desk: Desk, measured: Measured, limits: StartLimits) -> Iterator[Chec
         desk.free >= limits.disk,
     )
     if desk.calibrated is not None:
-        yield _below("age of the calibration", desk.calibrated, limits.calibrated, "days")
+        days, most = desk.calibrated, limits.calibrated
+        found = "not known: its file does not say when it was made" if np.isnan(days) else f"{days:.3g} days"
+        yield Check("age of the calibration", found, f"0 to {most:g}", 0.0 <= days <= most)
     if desk.unprotected:
         # It is said and not refused: what a robot cannot outlive is its pilot's to know.
         yield Check("rotors whose loss is not protected", desk.unprotected, "to be known", True)

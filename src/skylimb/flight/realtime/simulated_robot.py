@@ -12,9 +12,18 @@ from skylimb.flight.drivers.world import world
 from skylimb.flight.events import PLANT_KINDS, require_applied
 from skylimb.flight.flying import simulated_vehicle
 from skylimb.flight.realtime.clocked_flight import ticks_on_clock
-from skylimb.flight.realtime.link import MOST, Link
-from skylimb.flight.realtime.messages import CommandMessage, Names, RefusedMessageError, decode, encode
+from skylimb.flight.realtime.faults import Faults
+from skylimb.flight.realtime.link import MOST, Datagram, ServedLink
+from skylimb.flight.realtime.messages import (
+    GREETING,
+    CommandMessage,
+    Names,
+    RefusedMessageError,
+    decode,
+    encode,
+)
 from skylimb.flight.realtime.pacer import Pacer
+from skylimb.flight.realtime.speaker import Speaker
 from skylimb.flight.takeoff import Takeoff, take_off
 from skylimb.simulation.engine_timer import without_timer
 
@@ -28,7 +37,8 @@ SILENCE = 2.0
 class SimulatedRobot:
     """Sends what its sensors say at every tick, and does what it was last commanded.
 
-    Its physics, and the time of its events, begin with the first command.
+    Its physics, and the time of its events, begin with the first command. It talks to one sender of commands
+    or greetings at a time, to another one once that is silent; commands have numbers that rise.
 
     Args:
         takeoff: what flies; its controller is not used.
@@ -36,9 +46,10 @@ class SimulatedRobot:
 
     Attributes:
         flown: ticks of physics.
+        counts: how often each fault of a command was met.
     """
 
-    def __init__(self, takeoff: Takeoff, link: Link) -> None:
+    def __init__(self, takeoff: Takeoff, link: ServedLink) -> None:
         # Whoever controls it may take longer than the mission: to wait, and to land. The noise comes again.
         self._rows = len(takeoff.rows) + round(LONGER / takeoff.period)
         simulated = world(takeoff, np.arange(self._rows) * takeoff.period)
@@ -48,6 +59,8 @@ class SimulatedRobot:
         self._measurement = self._vehicle.measure()
         self._command: Command | None = None
         self._data = simulated.data
+        self._speaker, self._newest = Speaker(), -1
+        self.counts = Faults()
 
     def position(self) -> np.ndarray:
         """Of the measured link, W, m, (3,)."""
@@ -69,18 +82,42 @@ class SimulatedRobot:
         fresh = False
         for datagram in self._link.receive(MOST)[0]:
             try:
-                self._command, fresh = self._names.command(decode(datagram.data, CommandMessage)), True
-            except RefusedMessageError:
-                continue  # whoever sends other things is not flying this robot
+                fresh = self._obey(datagram) or fresh
+            except RefusedMessageError as refused:
+                self.counts.note("robot", str(refused))
         if self._command is not None and not self.over:
             self._vehicle.apply(self._command)
             self._measurement = self._vehicle.measure()
             self.flown += 1
         return fresh
 
+    def _obey(self, datagram: Datagram) -> bool:
+        """Take a command, or a greeting; whether it was a command.
+
+        Raises:
+            RefusedMessageError: with what is wrong with it.
+        """
+        message = None if datagram.data == GREETING else decode(datagram.data, CommandMessage)
+        command = None if message is None else self._names.command(message)
+        now = self._seq * self._period
+        if not self._speaker.hears(datagram.sender, now):
+            raise RefusedMessageError("second sender")
+        before, self._speaker = self._speaker, self._speaker.after(datagram.sender, now)
+        if self._speaker.turns > before.turns:  # whoever begins counts anew
+            self._newest = -1
+            self._link.answer(datagram.sender)
+        if message is not None and command is not None:
+            if message.seq <= self._newest:
+                raise RefusedMessageError("command overtaken or said twice")
+            self._command, self._newest = command, message.seq
+        return command is not None
+
 
 def serve_plant(
-    link: Link, experiment: str = "paper", set: Mapping[str, Any] | None = None, pacer: Pacer | None = None
+    link: ServedLink,
+    experiment: str = "paper",
+    set: Mapping[str, Any] | None = None,
+    pacer: Pacer | None = None,
 ) -> int:
     """Let the plant of an experiment be flown over a link, until its commands stop.
 

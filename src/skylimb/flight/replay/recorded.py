@@ -27,6 +27,10 @@ _WHOLE = 1e-6
 """Seconds by which a tick's stamp may be off its place before the log is sampled anew."""
 
 
+SLOWEST = 10.0
+"""Hz below which nothing can be replayed: between two rows of it a robot may tip over."""
+
+
 @dataclass(frozen=True)
 class Recorded:
     """What was measured and commanded at every tick.
@@ -68,17 +72,23 @@ def sampled(log: xr.Dataset, period: float) -> tuple[xr.Dataset, tuple[str, ...]
         The log itself where its rows are the ticks; and what was done, in a line.
 
     Raises:
-        ConfigError: when the log has less than two rows, or its time does not rise.
+        ConfigError: when the log has less than two rows, its time does not rise, or its rate is too low.
     """
     times = np.asarray(log.time.values, dtype=float)
     if len(times) < 2 or not np.all(np.diff(times) > 0.0):
         raise ConfigError(f"a log with {len(times)} rows whose time does not rise cannot be replayed")
+    rate = 1.0 / float(np.median(np.diff(times)))
+    if rate < SLOWEST:
+        raise ConfigError(
+            f"a log with rows at {rate:.3g} Hz cannot be replayed: at least {SLOWEST:g} Hz; "
+            "is its time in seconds?"
+        )
     first = times[0]
     if np.all(abs(times - first - np.arange(len(times)) * period) < _WHOLE):
         return log, ()
     ticks = np.arange(int((times[-1] - first) / period + 1e-9) + 1) * period
     rows = np.searchsorted(times, first + ticks + 1e-9, side="right") - 1
-    said = f"rows at {1.0 / np.median(np.diff(times)):.4g} Hz: at each {1.0 / period:g} Hz tick the last one"
+    said = f"rows at {rate:.4g} Hz: at each {1.0 / period:g} Hz tick the last one"
     return log.isel(time=rows).assign_coords(time=("time", ticks, log.time.attrs)), (said,)
 
 

@@ -42,6 +42,7 @@ from skylimb.flight.experiments.experiment import Experiment, load_experiment, r
 from skylimb.flight.flight_run import FLAGS, documented
 from skylimb.flight.loading import chosen_controller, parted
 from skylimb.flight.plan import FlightPlan, mission_of
+from skylimb.flight.replay.doubts import doubts
 from skylimb.flight.replay.mission_of_log import mission_of_log
 from skylimb.flight.replay.open_loop import Progress, open_loop
 from skylimb.flight.replay.recorded import Recorded, recorded, sampled
@@ -126,7 +127,7 @@ def _replayed(
             planned = ("no references ahead as this controller wants them: those of later ticks",)
     changing, dropped = _gains(experiment, controller, len(held))
     values = open_loop(controller, held, mission, period, changing, progress, ahead)
-    notes = (*said, *resampled, *held.missing, *planned, *dropped, *_broken_off(log))
+    notes = (*said, *resampled, *held.missing, *doubts(held, robot), *planned, *dropped, *_broken_off(log))
     known = controller_signals(controller)
     said_of_it = {"controller": controller.name, "status": OK, "cause": "", REPLAYED: run.name}
     made = Run(

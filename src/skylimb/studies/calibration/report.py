@@ -13,6 +13,7 @@ from skylimb.analysis.recording.run import LOG_FILE, Run
 from skylimb.analysis.report.places import CALIBRATION_FILE
 from skylimb.analysis.viewer.page import viewer_html
 from skylimb.base.files import new_folder
+from skylimb.control.calibration_date import dated
 from skylimb.studies.calibration.figures import write_figures
 from skylimb.studies.calibration.parameters import centers, spreads
 from skylimb.studies.calibration.result import SIGMAS, Calibration
@@ -88,7 +89,7 @@ def write_calibration(made: Calibration, folder: str | Path, flown: Run | None =
         OutputError: if it exists or cannot be written; nothing is left behind then.
     """
     with new_folder(folder) as staging:
-        (staging / CALIBRATION_FILE).write_text(made.text, encoding="utf-8")
+        (staging / CALIBRATION_FILE).write_text(dated(made.text), encoding="utf-8")
         if flown is not None:
             flown.save(staging / LOG_FILE)
             write_sources(flown.sources, staging)
