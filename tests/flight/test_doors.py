@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -68,6 +68,9 @@ class Silent:
         return [], 0
 
     def send(self, data: bytes) -> None:
+        pass
+
+    def answer(self, sender: Hashable) -> None:
         pass
 
 
@@ -193,6 +196,9 @@ def test_a_simulated_robot_behind_a_link_has_the_events_of_its_plant(
 
         def send(self, data: bytes) -> None:
             sent.append(data)
+
+        def answer(self, sender: Hashable) -> None:
+            """There is one only."""
 
     robot, names = SimulatedRobot(takeoff, Wire()), Names(takeoff.robot)
     for k in range(log.sizes["time"]):

@@ -65,7 +65,8 @@ class Held:
 
     def measure(self):
         # No sensor shows the same twice.
-        self.measured = self.measured._replace(position=self.measured.position + 1e-12)
+        seen, named = self.measured, ("position", "velocity", "angular_velocity")
+        self.measured = seen._replace(**{name: getattr(seen, name) + 1e-12 for name in named})
         return self.measured
 
     def record(self, measurement, command):

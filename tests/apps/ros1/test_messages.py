@@ -138,7 +138,7 @@ def test_the_battery_has_one_voice_and_nan_does_not_land(hovering: Wired) -> Non
     tick = hovering.tick()
     assert tick.flying.state == FlightState.HOVER
     assert hovering.both.faults["second publisher of battery_voltage_status"] == 1
-    assert hovering.both.faults["battery voltage is no number"] == 1
+    assert hovering.both.faults["battery voltage is none of 6 cells"] == 1
 
 
 def test_ten_thousand_mutations_raise_nothing_and_command_nothing_out_of_limits(hovering: Wired) -> None:

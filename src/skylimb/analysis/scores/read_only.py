@@ -5,10 +5,12 @@ from __future__ import annotations
 import copy
 from dataclasses import replace
 from types import MappingProxyType
-
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from skylimb.analysis.recording.run import AnyRun
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def read_only(run: AnyRun) -> AnyRun:

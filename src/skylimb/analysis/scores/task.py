@@ -99,10 +99,10 @@ def peg_left(run: Run) -> float:
     meaning=f"Mean angle between foot and surface over the last {AT_THE_END:g} s of sliding",
 )
 def foot_angle_mean(run: Run) -> float:
-    """Mean angle between foot and surface in the end while it touches; a right one where it never does."""
+    """Mean angle between foot and surface in the end while it touches; no number where it never does."""
     last = _in_the_end(run.log)
     angles = recorded(run.log, FOOT.signal)[last[in_contact(run.log)[last]]]
-    return float(np.mean(angles)) if len(angles) else 0.5 * np.pi
+    return float(np.mean(angles)) if len(angles) else np.nan
 
 
 def _in_the_end(log: xr.Dataset) -> np.ndarray:
