@@ -208,3 +208,10 @@ def test_a_memory_of_zeros_commands_no_more_than_the_controller() -> None:
     hover.halves._state[:] = 0.0
     hover.halves.look(Told(), hover.frame(), hover.reference)
     np.testing.assert_array_equal(hover.halves.act(HOVER)[0].thrusts, HOVER.thrusts)
+
+
+def test_bits_are_one_or_zero_whatever_the_memory_holds() -> None:
+    hover = Hover()
+    hover.halves._state[:] = 17.3
+    hover.halves.look(Told(), hover.frame(), hover.reference)
+    assert set(hover.halves.sight.bits) <= {0.0, 1.0}

@@ -51,6 +51,6 @@ def bits_of(limits: Limits, descents: Descents, watch: Watch, belief: Belief) ->
         "late": where(over(told.late, 0.5) + over(clocks.without, 0.0) > 0.5, 1.0, 0.0),
         "spent": over(clocks.mode - way / DESCENT, limits.descend_for) * within(watch.mode, DESCEND, DESCEND),
         # How far a pose leans that is the model's is nothing to stop rotors for.
-        "unfit": watch.twist.wrong,
+        "unfit": over(watch.twist.wrong, 0.5),
         "upset": over(lean, sin(0.5 * limits.upset_at)) * fresh,
     }
