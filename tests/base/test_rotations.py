@@ -64,3 +64,11 @@ def test_a_rotation_about_an_axis_agrees_with_scipy(v: tuple[float, ...]) -> Non
     turned, size = Rotation.from_rotvec(v).as_matrix(), float(np.linalg.norm(v))
     np.testing.assert_allclose(spatial.rotation_from_vector(np.array(v)), turned, atol=1e-9)
     np.testing.assert_allclose(spatial.rotation_from_axis_angle(np.array(v) / size, size), turned, atol=1e-9)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_small_turn_is_the_rotation_vector_whichever_sign_a_quaternion_has(sign: float) -> None:
+    turn = np.array([0.01, -0.02, 0.03])
+    first = spatial.quaternion_from_rotation(spatial.rotation_from_rpy(0.4, -0.3, 2.0))
+    then = spatial.quaternion_product(first, np.array([1.0, *0.5 * turn]))
+    np.testing.assert_allclose(spatial.small_turn(first, sign * then), turn, rtol=1e-3)

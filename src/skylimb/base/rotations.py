@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from skylimb.symbolic import Array, arctan2, cos, dot, matrix, sin, vector
+from skylimb.symbolic import Array, arctan2, cos, dot, matrix, sin, vector, where
 
 
 def wrapped(angle: Any) -> Any:
@@ -89,6 +89,12 @@ def quaternion_product(a: Array, b: Array) -> Array:
         a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
         a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
     )
+
+
+def small_turn(first: Array, then: Array) -> Array:
+    """The turn from an attitude, a unit quaternion (w, x, y, z), to a near one, in body axes, rad, (3,)."""
+    way = quaternion_product(vector(first[0], -first[1], -first[2], -first[3]), then)
+    return 2.0 * where(way[0] < 0.0, -1.0, 1.0) * way[1:4]
 
 
 def quaternion_from_rotation(R: np.ndarray) -> np.ndarray:

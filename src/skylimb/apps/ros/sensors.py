@@ -14,7 +14,7 @@ from skylimb.analysis.exchange.messages import Imu, Joints, Pose, ServoStates
 from skylimb.apps.ros.messages import Arrived
 from skylimb.apps.ros.servos import Servos
 from skylimb.base.bound_function import ArrayFunction
-from skylimb.base.rotations import quaternion_from_rotation, quaternion_product, rotation_from_quaternion
+from skylimb.base.rotations import quaternion_from_rotation, rotation_from_quaternion, small_turn
 from skylimb.control.estimation.gates import BEYOND
 from skylimb.control.estimation.records import ABSENT, Measurement, Taken
 from skylimb.control.estimation.records import Imu as Felt
@@ -130,7 +130,7 @@ class Sensors:
             before, last = self._pose
             way = np.array(pose.position) - np.array(last.position)
             self._velocity = _differenced(self._velocity, way, taken - before, LOW_PASS)
-            turn = _turned(np.array(last.quaternion), np.array(pose.quaternion))
+            turn = small_turn(np.array(last.quaternion), np.array(pose.quaternion))
             self._turning = _differenced(self._turning, turn, taken - before, LOW_PASS)
         self._pose = (taken, pose)
 
@@ -178,12 +178,6 @@ class Sensors:
         velocity = self._velocity - R @ (cross(rates, frames.link) + moving)
         position, turn = np.array(pose.position) - R @ frames.link, quaternion_from_rotation(R)
         return Measurement(position, turn, velocity, rates, joints, vectoring, imu=imu)
-
-
-def _turned(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """The turn from one attitude (w, x, y, z) to a near one, in the axes of either, rad, (3,)."""
-    w, *axis = quaternion_product(first * (1.0, -1.0, -1.0, -1.0), second)
-    return np.copysign(2.0, w) * np.array(axis)
 
 
 def _differenced(rate: np.ndarray, way: np.ndarray, gap: float, cutoff: float) -> np.ndarray:

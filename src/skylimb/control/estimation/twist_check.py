@@ -18,9 +18,9 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from skylimb.base.keys import Key, configuration
-from skylimb.base.rotations import quaternion_product
+from skylimb.base.rotations import small_turn
 from skylimb.control.estimation.records import Measurement
-from skylimb.symbolic import Array, clip, dot, stack, vector, where, within
+from skylimb.symbolic import Array, clip, dot, stack, where, within
 
 FADES = 0.3
 """Time over which errors add up, s."""
@@ -112,7 +112,7 @@ def check_twist(
     rates = where(own > 0.5, measured.angular_velocity, predicted.angular_velocity)
     time, way, turn = state.time + dt, state.way + dt * velocity, state.turn + dt * rates
     off_way = clip(measured.position - state.position - way, -STEP, STEP)
-    off_turn = clip(_turned(state.quaternion, measured.quaternion) - turn, -STEP, STEP)
+    off_turn = clip(small_turn(state.quaternion, measured.quaternion) - turn, -STEP, STEP)
     fade = clip(1.0 - time / FADES, 0.0, 1.0)
     sum_way = where(counts > 0.5, fade * state.off_way + off_way, state.off_way)
     sum_turn = where(counts > 0.5, fade * state.off_turn + off_turn, state.off_turn)
@@ -140,13 +140,6 @@ def check_twist(
         wrong=wrong,
     )
     return found, velocity, rates
-
-
-def _turned(first: Array, then: Array) -> Array:
-    """Small turn between two attitudes, in the axes of the body, rad, (3,)."""
-    back = vector(first[0], -first[1], -first[2], -first[3])
-    way = quaternion_product(back, then)
-    return 2.0 * where(way[0] < 0.0, -1.0, 1.0) * way[1:4]
 
 
 def _same(count: Any, change: Array, new: Any) -> Any:
