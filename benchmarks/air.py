@@ -5,7 +5,8 @@
 The draws of benchmarks/following.py, on the paper's board: six controllers and three kinds of air. Half of
 those boards are too hard for the paper's four controllers, so these get the paper's slope and friction. One
 air is next to nothing, and says how far apart flights are that differ in their last bits. docs/air.json keeps
-a line a flight; one that it holds is not flown again. The table of docs/second_engine.md is written anew.
+a line a flight; one that it holds is not flown again. The table of docs/reports/second_engine.md is written
+anew.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ from skylimb.flight.takeoff import prepare
 from skylimb.robots.loader import load_robot
 
 DOCS = Path(__file__).parents[1] / "docs"
-PAGE, NUMBERS = DOCS / "second_engine.md", DOCS / "air.json"
+PAGE, NUMBERS = DOCS / "reports" / "second_engine.md", DOCS / "air.json"
 LEFT_OUT = {
     **dict.fromkeys(("pid", "impedance", "admittance", "hybrid"), ("surface.slope", "surface.friction")),
     "following": (),

@@ -14,7 +14,7 @@ looks at it. Parts:
 - cost: of a tick.
 
 `--of` works with some estimators alone, and keeps the numbers of all others, of the same flights.
-docs/estimators.json keeps every number; the tables of docs/estimators.md are written anew.
+docs/estimators.json keeps every number; the tables of docs/reports/estimators.md are written anew.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from skylimb.robots.loader import load_robot
 
 HERE = Path(__file__).parent
 DOCS = HERE.parent / "docs"
-PAGE, NUMBERS = DOCS / "estimators.md", DOCS / "estimators.json"
+PAGE, NUMBERS = DOCS / "reports" / "estimators.md", DOCS / "estimators.json"
 SEED, SPEED_DRAWS = 3400, 4  # no gain was chosen on these draws
 Changes = Mapping[str, Any]
 Names = Sequence[str] | None

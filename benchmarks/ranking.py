@@ -6,7 +6,8 @@ Every place is a campaign (`PLACES`): all its controllers meet the same draws, w
 that turn the robot; of robots that are calibrated, but where it says otherwise. They fly with the gains that
 ship; nothing was tuned on these draws. A lost flight counts as infinitely bad. Ranks are a campaign's: two
 controllers whose difference an exact sign test does not tell at 95 % share one. docs/rivals.json keeps the
-numbers; the tables of docs/rivals.md are written anew. `--costs` times a tick of each, on an idle machine.
+numbers; the tables of docs/reports/rivals.md are written anew. `--costs` times a tick of each, on an idle
+machine.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ from skylimb.studies.campaign.tuning.tune_gains import tune
 from skylimb.studies.campaign.who_wins import fails_where, shown_ranks
 
 DOCS = Path(__file__).parents[1] / "docs"
-PAGE, NUMBERS = DOCS / "rivals.md", DOCS / "rivals.json"
+PAGE, NUMBERS = DOCS / "reports" / "rivals.md", DOCS / "rivals.json"
 SEED = 34
 EXAMPLES = Path(__file__).parents[1] / "examples"
 CONTENDERS = ("pid", "impedance", "admittance", "hybrid", "following", "drawing", "mpc", "learned")

@@ -1,4 +1,4 @@
-"""Flights in Drake beside those in MuJoCo, noise and latency off, with steps halved: docs/second_engine.md.
+"""Flights in Drake beside MuJoCo's, noise and latency off, steps halved: docs/reports/second_engine.md.
 
 python benchmarks/second_engine.py
 python benchmarks/second_engine.py --flights paper:hybrid --steps 1e-3

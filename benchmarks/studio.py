@@ -1,6 +1,6 @@
 """How well the studio keeps time: late ticks, updates, how soon a gain acts, the first picture, memory.
 
-    python benchmarks/studio.py --seconds 60        (--seconds 3600 for an hour; --write for docs/studio.md)
+    python benchmarks/studio.py --seconds 60        (3600 for an hour; --write for docs/reports/studio.md)
 
 The studio runs as a user's would, in a process of its own, with its page open in a headless Chromium that
 draws in software. First nobody touches anything; then a client without a picture changes a gain every second.
@@ -36,7 +36,7 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 ARGUMENTS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 GAIN = "controller.translation.normalized_stiffness"
 BEFORE, AFTER = [2.5, 2.5, 1.5], [3.0, 3.0, 2.0]
-GUIDE = Path(__file__).parents[1] / "docs" / "studio.md"
+PAGE = Path(__file__).parents[1] / "docs" / "reports" / "studio.md"
 BEGIN, END = "<!-- pace: written by benchmarks/studio.py -->", "<!-- end of pace -->"
 FLIGHTS = 40
 """To see whether memory grows."""
@@ -270,7 +270,7 @@ def report(found: Found, rows: Sequence[Row], seconds: float) -> int:
 
 def write(found: Found, rows: Sequence[Row], seconds: float) -> None:
     """Put the table into the guide."""
-    text = GUIDE.read_text(encoding="utf-8")
+    text = PAGE.read_text(encoding="utf-8")
     before, rest = text.split(BEGIN)
     after = rest.split(END)[1]
     lines = [
@@ -283,7 +283,7 @@ def write(found: Found, rows: Sequence[Row], seconds: float) -> None:
             for name, value, wanted, good in rows
         ),
     ]
-    GUIDE.write_text("\n".join([before + BEGIN, "", *lines, "", END + after]), encoding="utf-8")
+    PAGE.write_text("\n".join([before + BEGIN, "", *lines, "", END + after]), encoding="utf-8")
 
 
 def _judged(wanted: str, good: bool) -> str:
@@ -297,7 +297,7 @@ def main() -> int:
     )
     parser.add_argument("--experiment", default="paper")
     parser.add_argument("--seconds", type=float, default=60.0)
-    parser.add_argument("--write", action="store_true", help="put the table into docs/studio.md")
+    parser.add_argument("--write", action="store_true", help="put the table into docs/reports/studio.md")
     given = parser.parse_args()
     found = measure(given.experiment, given.seconds)
     rows = rows_of(found)

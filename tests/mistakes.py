@@ -1,6 +1,6 @@
 """Mistakes that a newcomer makes, and what skylimb says to them.
 
-    python tests/mistakes.py        writes docs/mistakes.md anew
+    python tests/mistakes.py        writes docs/reports/mistakes.md anew
 
 Each is one line on the error stream, exit code 2, and nothing written. `test_mistakes` holds the page to it.
 """
@@ -17,7 +17,7 @@ from pathlib import Path
 
 from skylimb.apps.cli import main
 
-PAGE = Path(__file__).parents[1] / "docs" / "mistakes.md"
+PAGE = Path(__file__).parents[1] / "docs" / "reports" / "mistakes.md"
 
 
 _HEAD = """import math

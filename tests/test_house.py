@@ -25,6 +25,8 @@ ROOT = Path(__file__).parents[1]
 DOCUMENTS = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "docs").rglob("*.md")])
 NO_ORDER = {"skylimb.simulation.surfaces"}
 """Rooms of a wing that has no other: the order of the wings rules them."""
+LOOKED_UP = {"keys.md", "faults.md"}
+"""Pages of tables that programs write, longer than anybody reads at once."""
 OPTIONAL = ("compiler", *EXTRAS)
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
@@ -146,6 +148,25 @@ def test_links_lead_somewhere(document: Path) -> None:
         found = (document.parent / path).resolve() if path else document
         assert found.exists(), f"{document.name} links to {target}"
         assert not anchor or anchor in anchors(found), f"{document.name} links to {target}"
+
+
+def test_a_guide_is_read_in_one_sitting() -> None:
+    # What was measured is in docs/reports.
+    guides = [path for path in (ROOT / "docs").glob("*.md") if path.name not in LOOKED_UP]
+    assert len(guides) > 40
+    for guide in guides:
+        words = re.findall(r"\S*\w\S*", without_code(guide.read_text(encoding="utf-8")))
+        assert len(words) <= 1200, guide.name
+
+
+def test_the_site_shows_every_page_once() -> None:
+    site = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
+    shown = re.findall(r"^ +- [^:\n]+: (\S+\.md)$", site[site.index("\nnav:") :], re.MULTILINE)
+    pages = [path.relative_to(ROOT / "docs").as_posix() for path in (ROOT / "docs").rglob("*.md")]
+    assert sorted(shown) == sorted(pages)
+    styles = re.search(r"^extra_css: \[(\S+)\]$", site, re.MULTILINE)
+    assert styles is not None
+    assert (ROOT / "docs" / styles[1]).is_file()
 
 
 @documents

@@ -1,4 +1,4 @@
-"""What is said to mistakes is what docs/mistakes.md says: one line, exit code 2, nothing written."""
+"""What is said to mistakes is what docs/reports/mistakes.md says: one line, exit code 2, nothing written."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the trial of a user's law finds besides the mistakes of docs/mistakes.md."""
+"""What the trial of a user's law finds besides the mistakes of docs/reports/mistakes.md."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Other engines judge ours: Pinocchio its accelerations, Drake whole flights (docs/second_engine.md)."""
+"""Other engines judge ours: Pinocchio accelerations, Drake flights (docs/reports/second_engine.md)."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ def test_accelerations_with_turning_rotors_are_pinocchios() -> None:
 
 @pytest.mark.slow
 def test_drake_flies_the_papers_flight_as_mujoco_does() -> None:
-    """The friction model, then the integrator, make the rest (docs/second_engine.md)."""
+    """The friction model, then the integrator, make the rest (docs/reports/second_engine.md)."""
     pytest.importorskip("pydrake", reason="Drake has no wheel for this machine")
     benchmark = runpy.run_path(str(BENCHMARK))
     cog, pen, force, joints = benchmark["differences"]("paper:hybrid", 5e-4)

@@ -3,7 +3,7 @@
 A verb is a function that does its work and returns the exit code, None for 0. Its parameters before the `*`
 are arguments, those after it options; type, default and `arg` say the rest. Its docstring is its help.
 argparse splits the words, and what they mean is checked here. cyclopts and tyro would do the same; they make
-`skylimb --help` slower (docs/architecture.md has the times).
+`skylimb --help` slower (docs/reports/decisions.md has the times).
 """
 
 from __future__ import annotations
