@@ -169,6 +169,14 @@ def test_the_site_shows_every_page_once() -> None:
     assert (ROOT / "docs" / styles[1]).is_file()
 
 
+def test_the_search_of_the_site_knows_keys_by_their_parts_and_scores_as_a_whole() -> None:
+    site = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
+    separator = re.search(r"^ +separator: '(.+)'", site, re.MULTILINE)
+    assert separator is not None
+    words = re.split(separator[1], "`approach.standoff` = 0.25, `pen_behind`")
+    assert {"approach", "standoff", "0.25", "pen_behind"} <= {*words}
+
+
 @documents
 def test_commands_in_the_documents_can_be_typed(document: Path) -> None:
     made = re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
