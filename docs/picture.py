@@ -12,13 +12,15 @@ import argparse
 import io
 import shutil
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 
 from PIL import Image
 from playwright import sync_api
 
 import skylimb
-from skylimb.analysis.viewer.page import Replay
+from skylimb.analysis.viewer.page import FlightViewer
+from skylimb.base.files import replacing
 
 SIZE = (720, 600)
 """Pixels of the film."""
@@ -37,23 +39,47 @@ main { padding: 0 !important; max-width: none !important; } .replay { margin: 0 
 PANELS = ("Centre of gravity along z (m)", "Pressing force (N)")
 
 
-def film(controller: str, path: Path, most: int) -> int:
-    """Fly, film, write; the number of bytes.
+def browser() -> str:
+    """The Chromium of this machine.
 
     Raises:
-        SystemExit: when there is no browser, or the film is larger than `most` bytes.
+        SystemExit: when there is none.
     """
-    browser = next(filter(None, map(shutil.which, BROWSERS)), None)
-    if browser is None:
-        raise SystemExit(f"picture.py: none of {', '.join(BROWSERS)} is installed")
+    found = next(filter(None, map(shutil.which, BROWSERS)), None)
+    if found is None:
+        raise SystemExit(f"none of {', '.join(BROWSERS)} is installed")
+    return found
+
+
+def put(pictures: Mapping[Path, bytes], most: int) -> int:
+    """Write pictures in the place of those that are there; the number of bytes.
+
+    Raises:
+        SystemExit: when they have more than `most` bytes together. Those that are there stay.
+    """
+    size = sum(map(len, pictures.values()))
+    if size > most:
+        names = ", ".join(path.name for path in pictures)
+        raise SystemExit(f"{names}: {1e-6 * size:.1f} MB, more than {1e-6 * most:g} MB; nothing was written")
+    for path, picture in pictures.items():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with replacing(path) as aside:
+            aside.write_bytes(picture)
+    return size
+
+
+def film(controller: str, path: Path, most: int) -> int:
+    """Fly, film, write; the number of bytes."""
+    chromium = browser()
     run = skylimb.run("paper", controller)
     with tempfile.TemporaryDirectory() as folder:
         page_file = Path(folder) / "page.html"
-        page_file.write_text(Replay({controller: run}).page, encoding="utf-8")
-        frames = _frames(browser, page_file)
-    path.parent.mkdir(parents=True, exist_ok=True)
+        page_file.write_text(FlightViewer({controller: run}).page, encoding="utf-8")
+        frames = _frames(chromium, page_file)
+    moving = io.BytesIO()
     frames[0].save(
-        path,
+        moving,
+        format="WebP",
         save_all=True,
         append_images=frames[1:],
         duration=round(1000 / FRAMES_A_SECOND),
@@ -61,10 +87,7 @@ def film(controller: str, path: Path, most: int) -> int:
         quality=62,
         method=6,
     )
-    size = path.stat().st_size
-    if size > most:
-        raise SystemExit(f"picture.py: {path} has {1e-6 * size:.1f} MB, more than {1e-6 * most:g} MB")
-    return size
+    return put({path: moving.getvalue()}, most)
 
 
 def _frames(browser: str, page_file: Path) -> list[Image.Image]:

@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import argparse
 import io
-import shutil
+import re
 import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
 
+from picture import ARGUMENTS, browser, put  # beside this file
 from PIL import Image
 from playwright import sync_api
 
@@ -25,20 +26,11 @@ SCHEMES = ("light", "dark")
 MOMENT = 17.0
 """Of the flight, s: the pen draws."""
 PATIENCE = 120_000
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
-ARGUMENTS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 
 
 def photograph(out: Path, controllers: list[str], most: int) -> int:
-    """Fly, look, write; the number of bytes.
-
-    Raises:
-        SystemExit: when there is no browser, or the pictures have more than `most` bytes together.
-    """
-    browser = next(filter(None, map(shutil.which, BROWSERS)), None)
-    if browser is None:
-        raise SystemExit(f"studio_pictures.py: none of {', '.join(BROWSERS)} is installed")
-    out.mkdir(parents=True, exist_ok=True)
+    """Fly, look, write; the number of bytes."""
+    shown = browser()
     with sync_api.sync_playwright() as playwright, tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-m", "skylimb", "studio", "paper", "--no-browser", "--out", folder]
         process = subprocess.Popen(
@@ -47,19 +39,23 @@ def photograph(out: Path, controllers: list[str], most: int) -> int:
             text=True,
         )
         assert process.stdout is not None
-        url = process.stdout.readline().split()[2]
-        chromium = playwright.chromium.launch(executable_path=browser, args=ARGUMENTS)
+        address = re.search(r"http\S+", process.stdout.readline())
+        if address is None:
+            raise SystemExit("the studio has not begun; what it says stands above")
+        url = address[0]
+        chromium = playwright.chromium.launch(executable_path=shown, args=ARGUMENTS)
         try:
             _fly(chromium, url)
-            paths = [_shot(chromium, url, size, scheme, out) for size in SIZES for scheme in SCHEMES]
+            pictures = {
+                out / f"{size[0]}x{size[1]}-{scheme}.webp": _shot(chromium, url, size, scheme)
+                for size in SIZES
+                for scheme in SCHEMES
+            }
         finally:
             chromium.close()
             process.terminate()
             process.wait(timeout=60)
-    size = sum(path.stat().st_size for path in paths)
-    if size > most:
-        raise SystemExit(f"studio_pictures.py: {1e-6 * size:.1f} MB, more than {1e-6 * most:g} MB")
-    return size
+    return put(pictures, most)
 
 
 def _fly(chromium: sync_api.Browser, url: str) -> None:
@@ -80,7 +76,7 @@ def _fly(chromium: sync_api.Browser, url: str) -> None:
     page.close()
 
 
-def _shot(chromium: sync_api.Browser, url: str, size: tuple[int, int], scheme: str, out: Path) -> Path:
+def _shot(chromium: sync_api.Browser, url: str, size: tuple[int, int], scheme: str) -> bytes:
     viewport: sync_api.ViewportSize = {"width": size[0], "height": size[1]}
     context = chromium.new_context(viewport=viewport, color_scheme="dark" if scheme == "dark" else "light")
     page = context.new_page()
@@ -96,9 +92,9 @@ def _shot(chromium: sync_api.Browser, url: str, size: tuple[int, int], scheme: s
     page.wait_for_timeout(3000)  # drawn finely, once nothing moves
     shot = Image.open(io.BytesIO(page.screenshot(type="png", animations="disabled"))).convert("RGB")
     context.close()
-    path = out / f"{size[0]}x{size[1]}-{scheme}.webp"
-    shot.save(path, quality=78, method=6)
-    return path
+    picture = io.BytesIO()
+    shot.save(picture, format="WebP", quality=78, method=6)
+    return picture.getvalue()
 
 
 def _until(page: sync_api.Page, true: str) -> None:
