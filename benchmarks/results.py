@@ -21,7 +21,7 @@ from following import beside_table, kept_numbers
 from reproduction import section
 
 import skylimb
-from skylimb.analysis import write_comparison, write_videos
+from skylimb.analysis import write_comparison
 from skylimb.analysis.paper.numbers import published
 from skylimb.analysis.scores.axis_names import PAPER
 from skylimb.analysis.scores.declared import shown_scores
@@ -208,23 +208,14 @@ def _claim(row: Row) -> str:
 
 
 def images() -> None:
-    """The demo's figures and a picture out of its video, for the documentation."""
-    import av
-
+    """The demo's figures, for the documentation."""
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary) / "demo"
         runs = skylimb.compare("paper", set=IDEAL)
         write_comparison(runs, folder)
-        write_videos(runs, folder)
         (DOCS / "images").mkdir(exist_ok=True)
         for name in ("pen_traces", "contact_direction", "poses"):
             shutil.copy(folder / "figures" / f"{name}.png", DOCS / "images" / f"{name}.png")
-        with av.open(str(folder / "hybrid" / "video.mp4")) as film:
-            wanted = int(0.68 * film.streams.video[0].frames)
-            for index, frame in enumerate(film.decode(video=0)):
-                if index == wanted:
-                    frame.to_image().save(DOCS / "images" / "hybrid.jpg", quality=82)
-                    break
 
 
 def write_page(name: str, places: Mapping[str, list[str]]) -> None:

@@ -102,7 +102,7 @@ def _frames(browser: str, page_file: Path) -> list[Image.Image]:
             " for (const panel of document.querySelectorAll('.replay .panel'))"
             "  if (!titles.includes(panel.querySelector('.u-title').textContent)) panel.remove();"
             " plots.plots = plots.plots.filter((plot) => plot.root.isConnected);"
-            " plots.resize(); sceneView.adapt(60, false); sceneView.zoom(0.85); }",
+            " plots.resize(); sceneView.showAxes(false); sceneView.adapt(60, false); sceneView.zoom(0.85); }",
             list(PANELS),
         )
         end = page.evaluate("skylimbReplay.clock.end")

@@ -169,6 +169,13 @@ def test_the_site_shows_every_page_once() -> None:
     assert (ROOT / "docs" / styles[1]).is_file()
 
 
+def test_every_picture_is_shown_on_a_page() -> None:
+    pages = "".join(path.read_text(encoding="utf-8") for path in DOCUMENTS)
+    pictures = [path for path in (ROOT / "docs" / "images").rglob("*.*") if path.is_file()]
+    assert len(pictures) > 40
+    assert [path.name for path in pictures if f"/{path.name})" not in pages] == []
+
+
 def test_the_search_of_the_site_knows_keys_by_their_parts_and_scores_as_a_whole() -> None:
     site = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
     separator = re.search(r"^ +separator: '(.+)'", site, re.MULTILINE)
