@@ -10,13 +10,12 @@ import pytest
 from skylimb.analysis.exchange import lab_topics as topics
 from skylimb.apps.ros.messages import Outgoing
 from skylimb.apps.ros.states import FlightState
-from wired import Wire
+from wired import in_hover
 
 
 @pytest.mark.parametrize("fault", ["lost", "nan", "missing"])
 def test_a_robot_that_feels_no_joints_flies_back_where_it_is_seen(fault: str) -> None:
-    wire = Wire()
-    wire.hover()
+    wire = in_hover()
     begun = wire.pacer.time()
 
     def spoil(one: Outgoing) -> Outgoing | None:
@@ -47,8 +46,7 @@ def test_a_robot_that_feels_no_joints_flies_back_where_it_is_seen(fault: str) ->
 
 def test_a_robot_whose_imu_is_gone_flies_back_where_it_is_seen() -> None:
     """Its rates are differences of the attitudes that are seen."""
-    wire = Wire()
-    wire.hover()
+    wire = in_hover()
     begun = wire.pacer.time()
     wire.spoil = lambda one: None if one.topic is topics.IMU else one
     wire.until(FlightState.LAND, 2.0)
