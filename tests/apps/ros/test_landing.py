@@ -37,7 +37,7 @@ def stops_on_the_ground(wire: Wire, seconds: float) -> None:
     assert wire.where[-1][2] < STAND + 0.01
 
 
-@pytest.mark.parametrize("lift", [0.0, 0.1])
+@pytest.mark.parametrize("lift", [pytest.param(0.0, marks=pytest.mark.slow), 0.1])
 def test_a_robot_that_is_lifted_a_little_lands_on_the_ground(lift: float) -> None:
     """A part that it lost, or wind from below: the controller takes less away than it is lifted by."""
     wire = in_hover(HIGH)

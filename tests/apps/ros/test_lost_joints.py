@@ -10,11 +10,11 @@ import pytest
 from skylimb.analysis.exchange import lab_topics as topics
 from skylimb.apps.ros.messages import Outgoing
 from skylimb.apps.ros.states import FlightState
-from wired import in_hover
+from wired import Wire, in_hover
 
 
-@pytest.mark.parametrize("fault", ["lost", "nan", "missing"])
-def test_a_robot_that_feels_no_joints_flies_back_where_it_is_seen(fault: str) -> None:
+def leads_back(fault: str) -> Wire:
+    """One that hovers, and is led back since nothing is known of its joints."""
     wire = in_hover()
     begun = wire.pacer.time()
 
@@ -33,10 +33,20 @@ def test_a_robot_that_feels_no_joints_flies_back_where_it_is_seen(fault: str) ->
     flight = wire.pilot.pilot.flight
     assert flight is not None
     assert flight._guard.mode == "RETREAT"
+    assert wire.pilot.faults["no angles for long"] > 0
+    return wire
+
+
+@pytest.mark.parametrize("fault", ["nan", "missing"])
+def test_joints_of_which_nothing_is_felt_are_lost(fault: str) -> None:
+    leads_back(fault)
+
+
+def test_a_robot_that_feels_no_joints_flies_back_where_it_is_seen() -> None:
+    wire = leads_back("lost")
     wire.until(FlightState.STOP, 15.0)
     assert wire.where[-1][2] == pytest.approx(0.15, abs=1e-3)  # it stands
     assert wire.sinks() < 0.5
-    assert wire.pilot.faults["no angles for long"] > 0
     assert not wire.pilot.faults["too old"]
     wire.until(FlightState.ARM_OFF, 1.0)
     # By what is believed it does not start again.
