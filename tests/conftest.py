@@ -100,6 +100,12 @@ def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
+def no_picture(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For what imports a robot to fly it."""
+    monkeypatch.setattr("skylimb.apps.robot_import.writing.draw_robot", lambda *_: None)
+
+
+@pytest.fixture
 def sharp(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures as fine as a user's."""
     monkeypatch.setattr("skylimb.analysis.figures.style.DPI", 200)

@@ -2,6 +2,7 @@
 
 import ctypes
 import dataclasses
+import functools
 import shutil
 import subprocess
 from collections.abc import Callable
@@ -35,6 +36,20 @@ def cascade(name: str) -> Cascade:
     return controller
 
 
+@pytest.fixture(scope="module")
+def exported(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
+    """The folder of a preset's C, which is exported once and then only looked at."""
+
+    @functools.cache
+    def made(name: str, losses: bool = False) -> Path:
+        folder = tmp_path_factory.mktemp(name) / "export"
+        files = export_c(cascade(name), folder, limits=Limits(losses=losses))
+        assert {path.name for path in files} == {path.name for path in folder.iterdir()}
+        return folder
+
+    return made
+
+
 @pytest.mark.parametrize(
     ("name", "losses"),
     [
@@ -43,11 +58,9 @@ def cascade(name: str) -> Cascade:
     ],
 )
 def test_the_example_passes_its_test_vector(
-    name: str, losses: bool, tmp_path: Path, strict_c: StrictC
+    name: str, losses: bool, exported: Callable[..., Path], tmp_path: Path, strict_c: StrictC
 ) -> None:
-    folder = tmp_path / "export"
-    files = export_c(cascade(name), folder, limits=Limits(losses=losses))
-    assert {path.name for path in files} == {path.name for path in folder.iterdir()}
+    folder = exported(name, losses)
     strict_c.link([folder / source for source in ("main.c", *SOURCES)], tmp_path / "example")
     done = subprocess.run([tmp_path / "example"], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout
@@ -55,9 +68,8 @@ def test_the_example_passes_its_test_vector(
     assert len((folder / "main.c").read_text().splitlines()) <= 30
 
 
-def test_the_header_says_of_every_gain_what_it_is(tmp_path: Path) -> None:
-    folder = tmp_path / "export"
-    export_c(cascade("following"), folder)
+def test_the_header_says_of_every_gain_what_it_is(exported: Callable[..., Path]) -> None:
+    folder = exported("following")
     lines = [line for line in (folder / "controller.h").read_text().splitlines() if "_GAINS_" in line]
     (force,) = [line for line in lines if line.startswith("#define SKYLIMB_GAINS_TRANSLATION_FORCE ")]
     assert force.endswith("/* 1 number: N_ref, the wanted force; N; 0 .. 20 */")
@@ -80,9 +92,10 @@ def test_a_header_and_a_source_of_two_exports_do_not_compile(tmp_path: Path) -> 
     assert "controller.h is of another export than controller.c" in done.stderr
 
 
-def test_the_example_notices_a_wrong_number(tmp_path: Path, strict_c: StrictC) -> None:
-    folder = tmp_path / "export"
-    export_c(cascade("hybrid"), folder)
+def test_the_example_notices_a_wrong_number(
+    exported: Callable[..., Path], tmp_path: Path, strict_c: StrictC
+) -> None:
+    folder = shutil.copytree(exported("hybrid"), tmp_path / "export")
     text, first = (folder / "controller.c").read_text(), "preset_gains[SKYLIMB_GAINS_SIZE] = {"
     assert first in text
     (folder / "controller.c").write_text(text.replace(first, f"{first}1e-9 + "))
@@ -91,9 +104,8 @@ def test_the_example_notices_a_wrong_number(tmp_path: Path, strict_c: StrictC) -
 
 
 @pytest.mark.skipif(shutil.which("nm") is None, reason="nm is not on this machine")
-def test_it_needs_nothing_but_libm(tmp_path: Path, strict_c: StrictC) -> None:
-    folder = tmp_path / "export"
-    export_c(cascade("hybrid"), folder)
+def test_it_needs_nothing_but_libm(exported: Callable[..., Path], strict_c: StrictC) -> None:
+    folder = exported("hybrid")
     defined, wanted = set(), set()
     for source in SOURCES:
         made = strict_c.compiled(folder / source)
@@ -156,11 +168,14 @@ class InC:
 
 @pytest.mark.parametrize("name", ["hybrid", "following"])
 def test_exported_c_flies_the_same_flight(
-    name: str, make_takeoff: Callable[..., Takeoff], tmp_path: Path, strict_c: StrictC
+    name: str,
+    make_takeoff: Callable[..., Takeoff],
+    exported: Callable[..., Path],
+    tmp_path: Path,
+    strict_c: StrictC,
 ) -> None:
-    folder, takeoff = tmp_path / "export", make_takeoff("paper", name)
+    folder, takeoff = exported(name), make_takeoff("paper", name)
     controller = cascade(name)
-    export_c(controller, folder)
     strict_c.link([folder / source for source in SOURCES], tmp_path / "controller.so", "-shared")
     flown = InC(
         ctypes.CDLL(str(tmp_path / "controller.so")), controller_step(controller, 0.005), needs_of(controller)

@@ -34,10 +34,12 @@ BOARD, FREE = "board_tilted_hexarotor", {"posture.waypoints": [], "stop_at": 4.0
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A robot of each kind, imported from its URDF."""
     made = tmp_path_factory.mktemp("few")
-    for name, given in ROBOTS.items():
-        report = skylimb.import_robot(multirotor_with_arm(made / f"{name}.urdf", **given), made / name)
-        assert report.can_hover, report.reasons
-        assert report.can_touch, report.reasons
+    with pytest.MonkeyPatch.context() as patch:  # nobody looks at their pictures
+        patch.setattr("skylimb.apps.robot_import.writing.draw_robot", lambda *_: None)
+        for name, given in ROBOTS.items():
+            report = skylimb.import_robot(multirotor_with_arm(made / f"{name}.urdf", **given), made / name)
+            assert report.can_hover, report.reasons
+            assert report.can_touch, report.reasons
     return made
 
 

@@ -213,6 +213,7 @@ def test_what_cannot_be_planned_is_refused(robot):
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
+@pytest.mark.usefixtures("no_picture")
 def test_three_rotors_with_an_arm_are_planned_for_and_flown(tmp_path):
     arm = (("shoulder_pitch", "0 1 0", 0.12), ("elbow_pitch", "0 1 0", 0.12))
     tail = {"rotors": 3, "turning": 1.5, "fixed": (0, 2), "mass": 1.2}

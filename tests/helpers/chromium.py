@@ -92,9 +92,10 @@ _SELDOM = "window.requestAnimationFrame = (draw) => setTimeout(() => draw(perfor
 """Ten pictures a second: a browser that draws in software takes two processors, and tests fly beside it."""
 
 
-def serious(page: sync_api.Page) -> list[str]:
-    """What axe finds on a page that keeps people from using it: each rule, and the first element."""
-    found = Axe().run(page).response["violations"]
+def serious(page: sync_api.Page, *rules: str) -> list[str]:
+    """What axe finds on a page that keeps people from using it: each rule and its first element."""
+    options = {"resultTypes": ["violations"]} | ({"runOnly": list(rules)} if rules else {})
+    found = Axe().run(page, options=options).response["violations"]
     return [
         f"{one['id']}: {one['nodes'][0]['html'][:150]} {one['nodes'][0]['failureSummary'][:200]}"
         for one in found

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from moment import again
 from short_flights import CIRCLE
 from skylimb.analysis.exchange.frames import lab_link
 from skylimb.apps.ros.flyer import Flyer
@@ -115,3 +116,14 @@ class Steered:
         self.until(FlightState.ARM_ON)
         self.tick(Order.TAKEOFF)
         self.until(FlightState.HOVER)
+
+
+def in_hover(controller: str = "hybrid") -> Steered:
+    """One that hovers; what has been done with it since is undone."""
+    return again(_hovering, controller)
+
+
+def _hovering(controller: str) -> Steered:
+    robot = Steered(controller)
+    robot.hover()
+    return robot

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from moment import again
 from short_flights import CIRCLE
 from skylimb.analysis.exchange import lab_topics as topics
 from skylimb.analysis.exchange.frames import lab_link
@@ -138,3 +139,14 @@ class Wire:
                 return
             self.tick()
         raise AssertionError(f"no {state.name}: {self.said} {self.pilot.faults}")
+
+
+def in_hover(limits: FlightLimits = SOON) -> Wire:
+    """One that hovers; what has been done with it since is undone."""
+    return again(_hovering, limits)
+
+
+def _hovering(limits: FlightLimits) -> Wire:
+    wire = Wire(limits=limits)
+    wire.hover()
+    return wire

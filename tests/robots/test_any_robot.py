@@ -10,7 +10,9 @@ from made_robots import chain, joint, link
 from skylimb.base.errors import AllocationError, DescriptionError
 from skylimb.robots import load_robot, read_description
 from skylimb.robots.controlled_axes import not_given
-from skylimb.robots.hover import find_hover
+from skylimb.robots.equilibrium import can_hold
+from skylimb.robots.equilibrium_results import Within
+from skylimb.robots.hover import LEVEL, TILTED, find_hover
 from skylimb.robots.starts import within_limits
 
 PITCH, YAW, ROLL = "0 1 0", "0 0 1", "1 0 0"
@@ -31,6 +33,20 @@ def hover_of(robot):
 def tip_yaw(robot, q, psi):
     x_axis = robot.link_poses(q, psi)[robot.description.tip.link][1][:, 0]
     return math.atan2(x_axis[1], x_axis[0])
+
+
+@pytest.mark.parametrize("name", ["tilted_hexarotor", "tiltable_hexarotor"])
+def test_a_hover_that_was_searched_before_is_what_is_held(name):
+    robot = load_robot(name)
+    q, start = robot.nominal_posture(), robot.description.vectoring_start
+    level, tilted = (Within(tilt, math.inf) for tilt in (LEVEL, TILTED))
+    held = can_hold(robot, q, start, None, level) or can_hold(robot, q, start, None, tilted)
+    assert held
+    for hover in (find_hover(robot, q), find_hover(robot, q)):
+        assert hover
+        np.testing.assert_array_equal(hover.thrusts, held.thrusts)
+        np.testing.assert_array_equal(hover.vectoring_angles, held.vectoring_angles)
+        assert hover.margin == held.margin
 
 
 def test_the_tips_heading_is_that_of_its_link_whatever_the_axes_above_it(dragon):

@@ -107,6 +107,7 @@ def engine_distance_of_bodies(robot, wall, qpos, joint_angles):
     )
 
 
+@pytest.mark.usefixtures("no_picture")
 def test_bodies_and_discs_of_an_imported_robot_are_as_far_as_the_engine_says(tmp_path, fresh_parts):
     """Boxes of hull and arm, propellers as they are drawn, before a wall that leans."""
     path = multirotor_with_arm(tmp_path / "made.urdf")

@@ -22,7 +22,7 @@ still fail in flight, where thrust is needed for more than rest.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -77,24 +77,30 @@ def can_hold(
     size = float(np.linalg.norm(given))
     direction = given / size if size > 0.0 else np.array([0.0, 0.0, 1.0])
     question = _Question(robot, joint_angles, vectoring_angles, direction, within)
-    missed: list[NotHeld] = []
-    best: Held | None = None
-    most = -math.inf
-    for found, margin in question.rests(size, size):
-        if isinstance(found, NotHeld):
-            missed.append(found)
-        elif margin > most:
-            best, most = found, margin
-    if best is not None and (within.margin <= 0.0 or best.margin >= within.margin):
+    best = steadiest(question.rests(size, size))
+    if best and (within.margin <= 0.0 or best.margin >= within.margin):
         return best
     greatest = None
     if size > 0.0:
         less = greatest_push(robot, joint_angles, vectoring_angles, direction, within, size)
         greatest = less.force if less else None
-    if best is not None:
+    if best:
         limit = best.limit and replace(best.limit, kept=0.0)
         return NotHeld(limit, 0.0, best.margin, greatest)
-    return replace(min(missed, key=lambda one: one.excess), greatest=greatest)
+    return replace(best, greatest=greatest)
+
+
+def steadiest(found: Iterable[tuple[Held | NotHeld, float]]) -> Held | NotHeld:
+    """Of rests and their margins that with the greatest one; where there is none, what missed by least."""
+    missed: list[NotHeld] = []
+    best: Held | None = None
+    most = -math.inf
+    for one, margin in found:
+        if isinstance(one, NotHeld):
+            missed.append(one)
+        elif margin > most:
+            best, most = one, margin
+    return best or min(missed, key=lambda one: one.excess)
 
 
 def greatest_push(
@@ -128,8 +134,15 @@ def hovers(
     robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray, within: Within
 ) -> Iterator[Held | NotHeld]:
     """What the searches of `can_hold` without a push lead to, one after another."""
+    return (found for found, _ in hovers_and_margins(robot, joint_angles, vectoring_angles, within))
+
+
+def hovers_and_margins(
+    robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray, within: Within
+) -> Iterator[tuple[Held | NotHeld, float]]:
+    """The same, each with the margin that was maximised."""
     question = _Question(robot, joint_angles, vectoring_angles, np.array([0.0, 0.0, 1.0]), within)
-    return (found for found, _ in question.rests(0.0, 0.0))
+    return question.rests(0.0, 0.0)
 
 
 class _Question:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
 
-from skylimb.robots.equilibrium import can_hold, hovers
+from skylimb.robots.equilibrium import hovers, hovers_and_margins, steadiest
 from skylimb.robots.equilibrium_results import Held, NotHeld, Within
 from skylimb.robots.model import Robot
 
@@ -24,9 +25,17 @@ def find_hover(robot: Robot, joint_angles: np.ndarray) -> Held | NotHeld:
         robot: any robot with rotors; fewer than four are allowed.
         joint_angles: q as commanded, rad, (nq,).
     """
-    start = robot.description.vectoring_start
-    level = can_hold(robot, joint_angles, start, None, Within(LEVEL, math.inf))
-    return level or can_hold(robot, joint_angles, start, None, Within(TILTED, math.inf))
+    level = steadiest(_searched(robot, tuple(joint_angles), LEVEL, False))
+    return level or steadiest(_searched(robot, tuple(joint_angles), TILTED, False))
+
+
+@functools.lru_cache(maxsize=8)
+def _searched(
+    robot: Robot, joint_angles: tuple[float, ...], tilt: float, stiff: bool
+) -> tuple[tuple[Held | NotHeld, float], ...]:
+    """What all searches of a hover lead to; a check of a robot asks for it again and again."""
+    within, start = Within(tilt, math.inf, stiff=stiff), robot.description.vectoring_start
+    return tuple(hovers_and_margins(robot, np.array(joint_angles), start, within))
 
 
 def any_hover(robot: Robot, joint_angles: np.ndarray) -> Held | NotHeld:
@@ -44,10 +53,9 @@ def find_hovers(robot: Robot, joint_angles: np.ndarray, *, stiff: bool = False) 
 
     With `stiff`, the joint angles are where the joints rest.
     """
-    start = robot.description.vectoring_start
-    both = (Within(tilt, math.inf, stiff=stiff) for tilt in (LEVEL, TILTED))
-    for within in both:
-        found = [one for one in hovers(robot, joint_angles, start, within) if isinstance(one, Held)]
+    for tilt in (LEVEL, TILTED):
+        searched = _searched(robot, tuple(joint_angles), tilt, stiff)
+        found = [one for one, _ in searched if isinstance(one, Held)]
         if found:
             return found
     return []

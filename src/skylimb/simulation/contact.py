@@ -142,7 +142,6 @@ def add_contact_sensor(
     tip_geom: str,
     surface_geom: str | None,
     samples: int,
-    name: str = SENSOR_NAME,
     whole_body: bool = False,
 ) -> None:
     """Record the contact's force and place at every physics step.
@@ -157,7 +156,7 @@ def add_contact_sensor(
             f"contact sensor: {samples} samples are not enough: 1 or more, one for each step of a tick"
         )
     sensor = spec.add_sensor(
-        name=name,
+        name=SENSOR_NAME,
         type=mujoco.mjtSensor.mjSENS_CONTACT,
         # The force acts on the second geom, so the surface comes first: force ON the robot.
         objtype=mujoco.mjtObj.mjOBJ_UNKNOWN if surface_geom is None else mujoco.mjtObj.mjOBJ_GEOM,

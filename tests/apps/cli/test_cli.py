@@ -72,6 +72,7 @@ def test_compare_leaves_what_it_promises(compared: tuple[int, Path]) -> None:
     )  # self-contained
 
 
+@pytest.mark.usefixtures("no_figures")
 def test_the_summary_shows_both_controllers_and_no_number_of_a_paper_that_flew_longer(
     compared: tuple[int, Path], capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -1,6 +1,7 @@
 """From words to a verb's options: types, several values, what is left out."""
 
 import functools
+from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 import pytest
@@ -31,6 +32,16 @@ def verb(
     """
 
 
+@dataclass(frozen=True, kw_only=True)
+class Shared:
+    force: Annotated[float, arg("How hard.", "N")] = 2.0
+    names: Annotated[tuple[str, ...], arg("Who.", "NAME ...")] = ()
+
+
+def sharing(*, shared: Shared = Shared(), speed: Annotated[float, arg("How fast.", "V")] = 1.5) -> None:
+    """Do it with options that another verb has, too."""
+
+
 def given(words: list[str]) -> dict[str, Any]:
     call = parse("do", verb, words)
     assert isinstance(call, functools.partial)
@@ -58,6 +69,16 @@ def test_what_is_left_out_takes_the_default_of_the_function() -> None:
 )
 def test_words_become_values(words: list[str], changes: dict) -> None:
     assert given(words) == {"what": "x"} | changes
+
+
+def test_options_that_verbs_share_come_as_one_value() -> None:
+    assert flags(sharing) == ["--force", "--names", "--speed"]
+    call = parse("do", sharing, ["--names", "a", "--speed", "3", "--names", "b"])
+    assert isinstance(call, functools.partial)
+    assert call.keywords == {"shared": Shared(names=("a", "b")), "speed": 3.0}
+    with pytest.raises(ConfigError, match="--force = 'x' is not a number"):
+        parse("do", sharing, ["--force", "x"])
+    assert "(default: 2.0)" in verb_help("do", sharing)
 
 
 @pytest.mark.parametrize(

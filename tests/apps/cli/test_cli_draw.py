@@ -49,6 +49,7 @@ def test_words_are_drawn_and_shown(tmp_path: Path, capsys: pytest.CaptureFixture
     assert 0.0 < root < largest < 0.2
 
 
+@pytest.mark.usefixtures("no_figures")
 def test_a_folder_of_a_drawing_flies_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     svg = tmp_path / "stroke.svg"
     svg.write_text('<svg xmlns="http://www.w3.org/2000/svg"><path d="M0 0 L9 3" stroke="red"/></svg>')
@@ -62,6 +63,7 @@ def test_a_folder_of_a_drawing_flies_again(tmp_path: Path, capsys: pytest.Captur
     np.testing.assert_array_equal(a.reference_line.values, b.reference_line.values)
 
 
+@pytest.mark.usefixtures("no_figures")
 def test_a_drawing_that_begins_where_the_surface_stands_out_starts_farther_off(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -32,6 +32,7 @@ def test_a_broken_robot_is_drawn(quad, tmp_path, capsys):
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.usefixtures("no_picture")
 def test_import_tells_how_to_fly(quad, tmp_path, capsys):
     assert main(["robot", "import", str(quad)]) == 2
     assert "--out is missing" in capsys.readouterr().err
@@ -59,7 +60,7 @@ def test_import_tells_how_to_fly(quad, tmp_path, capsys):
         ),
     ],
 )
-@pytest.mark.usefixtures("no_figures")
+@pytest.mark.usefixtures("no_picture")
 def test_import_says_who_hovers(quad, tmp_path, capsys, monkeypatch, hovers, code, told):
     monkeypatch.setattr(
         "skylimb.apps.robot_import.hover_flight.hover_lost",

@@ -9,12 +9,6 @@ from lab_style import lab_urdf
 
 
 @pytest.fixture
-def no_picture(monkeypatch: pytest.MonkeyPatch) -> None:
-    """For what imports a robot to fly it."""
-    monkeypatch.setattr("skylimb.apps.robot_import.writing.draw_robot", lambda *_: None)
-
-
-@pytest.fixture
 def lab_file(tmp_path) -> Callable[..., Path]:
     """Writes `lab_urdf` into a file, some of its text replaced."""
 

@@ -11,6 +11,7 @@ from skylimb.apps.robot_import.checking import check_robot_file
 from skylimb.apps.robot_import.repairs import nearest_inertia
 from skylimb.apps.robot_import.report import report_text, verdict
 from skylimb.base.errors import SkylimbError
+from skylimb.robots import hover
 from skylimb.robots.links import Inertial
 from skylimb.robots.validation import check_inertial
 
@@ -171,7 +172,13 @@ def test_each_doubt_by_name_with_its_value(lab_file, name):
     assert value in doubt_about(report, what).value
 
 
-def test_three_rotors_load_and_cannot_hover(lab_file, tmp_path):
+def test_three_rotors_load_and_cannot_hover(lab_file, tmp_path, monkeypatch):
+    asked, searched = [], hover.hovers_and_margins
+    monkeypatch.setattr(
+        hover,
+        "hovers_and_margins",
+        lambda robot, q, psi, within: asked.append(within.tilt) or searched(robot, q, psi, within),
+    )
     mapping = tmp_path / "mapping.toml"  # no posture that hovers is looked for in vain
     mapping.write_text(
         "[posture]\noffset = [0.0]\nslope = [1.0]\ntheta_min = -0.1\ntheta_max = 0.1\ntheta_nominal = 0.0\n"
@@ -180,6 +187,7 @@ def test_three_rotors_load_and_cannot_hover(lab_file, tmp_path):
     report = check_robot_file(path, mapping=mapping)
     assert not report.can_hover
     assert "3 rotors" in verdict(report)
+    assert asked == [hover.LEVEL, hover.TILTED]  # each once, though three parts of the check ask
 
 
 def test_too_heavy_loads_and_cannot_hover(lab_file):

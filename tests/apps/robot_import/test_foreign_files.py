@@ -218,6 +218,7 @@ def test_the_tip_is_the_farthest_end_of_tree_and_drawing(
     assert any("the farthest end that is drawn" in doubt.value for doubt in report.doubts)
 
 
+@pytest.mark.usefixtures("no_picture")
 def test_a_tool_that_points_down_gives_no_heading_and_the_root_does(tmp_path: Path) -> None:
     (tmp_path / "arm.urdf").write_text(with_arm(""))
     (tmp_path / "mapping.toml").write_text(NEW_TIP + 'heading = "tool"\n')

@@ -81,6 +81,7 @@ def test_bodies_stand_where_libsdformat_puts_them(armed: Callable[..., Path], sc
     np.testing.assert_allclose(*tips, atol=1e-12)
 
 
+@pytest.mark.usefixtures("no_picture")
 def test_a_robot_comes_out_that_hovers_and_touches(armed: Callable[..., Path], tmp_path: Path) -> None:
     report = check_robot_file(armed().parent)
     assert report.can_hover, report.reasons

@@ -36,6 +36,7 @@ def test_an_import_loads_with_all_its_mass(imported):
     assert "lag of the rotors: is not said" in (imported / "flight.toml").read_text()
 
 
+@pytest.mark.usefixtures("no_picture")
 def test_an_import_flies(tmp_path):
     (tmp_path / "quad.urdf").write_text(lab_urdf(gimbal="fixed"))
     import_robot(tmp_path / "quad.urdf", tmp_path / "robot")
@@ -178,6 +179,7 @@ def test_a_folder_with_several_descriptions_names_them(package):
         check_robot_file(package)
 
 
+@pytest.mark.usefixtures("no_picture")
 def test_a_flight_controller_is_taken_for_the_imu_and_told(tmp_path):
     board = link("fc", 0.05, gyration=0.02)
     mount = FIXED.format(name="main2fc", parent="main", child="fc", xyz="0.02 0 0.03")

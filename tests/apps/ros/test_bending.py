@@ -14,7 +14,7 @@ from skylimb.apps.ros.targets import RefusedError, Shape
 from skylimb.control.planning import vectoring_step
 from skylimb.control.planning.posture import posture_family
 from skylimb.control.planning.vectoring_step import RATE, STEP, TILTED, plan_vectoring
-from steered import Steered
+from steered import Steered, in_hover
 
 FAR_OFF = np.array([1.37, 0.99, -1.56])
 """A posture outside the family, and a way to it that leaves torque."""
@@ -86,8 +86,7 @@ def test_on_the_ground_the_best_gimbals_are_taken_and_what_cannot_fly_is_refused
 
 
 def test_a_hovering_robot_bends_out_of_its_family_and_back(monkeypatch: pytest.MonkeyPatch) -> None:
-    robot = Steered()
-    robot.hover()
+    robot = in_hover()
     near = np.array([1.2, 1.0, -0.75])
     assert robot.pilot._requests.in_family(near) is None
     robot.tick(requests=(Joints(0.0, (), tuple(near.tolist())),))

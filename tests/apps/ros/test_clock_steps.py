@@ -9,7 +9,7 @@ import numpy as np
 from skylimb.analysis.exchange import lab_topics as topics
 from skylimb.apps.ros.messages import Outgoing
 from skylimb.apps.ros.states import FlightState
-from wired import Wire
+from wired import in_hover
 
 STEPS = (
     (topics.MOCAP, -0.3),
@@ -21,8 +21,7 @@ STEPS = (
 
 
 def test_a_clock_that_is_set_moves_no_robot() -> None:
-    wire = Wire()
-    wire.hover()
+    wire = in_hover()
     wire.fly(2.0)
     wire.where.clear()
     ahead = {topic.name: 0.0 for topic, _ in STEPS}

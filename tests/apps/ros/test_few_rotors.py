@@ -25,6 +25,7 @@ SMOOTHED = {"controller.estimation.smoothing.on": True, "controller.translation.
     ],
     ids=["bicopter", "tricopter", "tail"],
 )
+@pytest.mark.usefixtures("no_picture")
 def test_it_takes_off_hovers_and_lands(made: dict[str, Any], tmp_path: Path) -> None:
     folder = tmp_path / "robot"
     import_robot(multirotor_with_arm(tmp_path / "robot.urdf", **{**STICK, **made}), folder)

@@ -11,7 +11,7 @@ from short_flights import CIRCLE
 from skylimb.analysis.exchange import lab_topics as topics
 from skylimb.apps.ros.grounded import STAND
 from skylimb.apps.ros.states import FlightState
-from wired import FLOWN, SOON, Wire
+from wired import SOON, Wire, in_hover
 
 HIGH = replace(SOON, takeoff_height=1.5)
 LAND = "teleop_command/land"
@@ -37,11 +37,10 @@ def stops_on_the_ground(wire: Wire, seconds: float) -> None:
     assert wire.where[-1][2] < STAND + 0.01
 
 
-@pytest.mark.parametrize("lift", [0.0, 0.1])
+@pytest.mark.parametrize("lift", [pytest.param(0.0, marks=pytest.mark.slow), 0.1])
 def test_a_robot_that_is_lifted_a_little_lands_on_the_ground(lift: float) -> None:
     """A part that it lost, or wind from below: the controller takes less away than it is lifted by."""
-    wire = Wire(limits=HIGH)
-    wire.hover()
+    wire = in_hover(HIGH)
     plant = wire.robot.plant
     plant._data.xfrc_applied[plant._root, 2] = lift * 9.81 * np.sum(plant._model.body_mass)
     wire.fly(2.0)
@@ -89,8 +88,7 @@ def test_whoever_lands_before_it_lifted_stops_soon() -> None:
 
 @pytest.mark.parametrize("order", ["halt", "force_landing"])
 def test_a_landing_that_takes_thrust_away_is_still_halted_and_forced(order: str) -> None:
-    wire = Wire(flown=FLOWN)
-    wire.hover()
+    wire = in_hover()
     wire.tick(LAND)
     for _ in range(1200):
         wire.tick()

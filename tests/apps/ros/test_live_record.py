@@ -24,7 +24,10 @@ Flown = tuple[Steered, Run, Flight]
 """A robot that was steered, its whole flight, and the mission on its way."""
 
 
-@pytest.fixture(scope="module", params=[pytest.param("hybrid", marks=pytest.mark.slow), "following", PREVIEW])
+@pytest.fixture(
+    scope="module",
+    params=[*(pytest.param(name, marks=pytest.mark.slow) for name in ("hybrid", "following")), PREVIEW],
+)
 def flown(request: pytest.FixtureRequest) -> Flown:
     robot = Steered(request.param)
     record = LiveRecord(robot.takeoff, robot.plant.layout, robot.pilot.rehearsed())

@@ -10,13 +10,12 @@ import pytest
 from skylimb.analysis.exchange import lab_topics as topics
 from skylimb.apps.ros.messages import Outgoing
 from skylimb.apps.ros.states import FlightState
-from wired import Wire
+from wired import Wire, in_hover
 
 
-@pytest.mark.parametrize("fault", ["lost", "nan", "missing"])
-def test_a_robot_that_feels_no_joints_flies_back_where_it_is_seen(fault: str) -> None:
-    wire = Wire()
-    wire.hover()
+def leads_back(fault: str) -> Wire:
+    """One that hovers, and is led back since nothing is known of its joints."""
+    wire = in_hover()
     begun = wire.pacer.time()
 
     def spoil(one: Outgoing) -> Outgoing | None:
@@ -34,10 +33,20 @@ def test_a_robot_that_feels_no_joints_flies_back_where_it_is_seen(fault: str) ->
     flight = wire.pilot.pilot.flight
     assert flight is not None
     assert flight._guard.mode == "RETREAT"
+    assert wire.pilot.faults["no angles for long"] > 0
+    return wire
+
+
+@pytest.mark.parametrize("fault", ["nan", "missing"])
+def test_joints_of_which_nothing_is_felt_are_lost(fault: str) -> None:
+    leads_back(fault)
+
+
+def test_a_robot_that_feels_no_joints_flies_back_where_it_is_seen() -> None:
+    wire = leads_back("lost")
     wire.until(FlightState.STOP, 15.0)
     assert wire.where[-1][2] == pytest.approx(0.15, abs=1e-3)  # it stands
     assert wire.sinks() < 0.5
-    assert wire.pilot.faults["no angles for long"] > 0
     assert not wire.pilot.faults["too old"]
     wire.until(FlightState.ARM_OFF, 1.0)
     # By what is believed it does not start again.
@@ -47,8 +56,7 @@ def test_a_robot_that_feels_no_joints_flies_back_where_it_is_seen(fault: str) ->
 
 def test_a_robot_whose_imu_is_gone_flies_back_where_it_is_seen() -> None:
     """Its rates are differences of the attitudes that are seen."""
-    wire = Wire()
-    wire.hover()
+    wire = in_hover()
     begun = wire.pacer.time()
     wire.spoil = lambda one: None if one.topic is topics.IMU else one
     wire.until(FlightState.LAND, 2.0)

@@ -22,7 +22,7 @@ from skylimb.base.errors import ConfigError
 from skylimb.base.rotations import wrapped
 from skylimb.control.estimation.records import Measurement
 from skylimb.flight.takeoff import take_off
-from steered import Steered
+from steered import Steered, in_hover
 
 LEVEL = (1.0, 0.0, 0.0, 0.0)
 
@@ -100,8 +100,7 @@ def test_references_never_jump(flown: Steered) -> None:
 
 
 def test_takeoff_in_hover_start_in_flight_and_a_mission_that_nobody_knows_change_nothing() -> None:
-    robot = Steered()
-    robot.hover()
+    robot = in_hover()
     before = robot.pilot.flight
     robot.tick(Order.TAKEOFF, Order.START)
     robot.fly(0.5)
@@ -123,8 +122,7 @@ def test_takeoff_in_hover_start_in_flight_and_a_mission_that_nobody_knows_change
 
 
 def test_a_silent_motion_capture_holds_then_comes_down() -> None:
-    robot = Steered()
-    robot.hover()
+    robot = in_hover()
     robot.measures = False
     robot.fly(0.3)
     assert robot.state == FlightState.HOVER
@@ -146,8 +144,7 @@ SPOILT: dict[str, Callable[[Measurement], Measurement]] = {
 
 
 def test_a_spoiled_measurement_is_not_believed() -> None:
-    robot = Steered()
-    robot.hover()
+    robot = in_hover()
     for fault, spoil in SPOILT.items():
         assert not robot.pilot.faults[fault]
         for _ in range(10):
@@ -158,8 +155,7 @@ def test_a_spoiled_measurement_is_not_believed() -> None:
 
 
 def test_low_battery_lands_and_does_not_start() -> None:
-    robot = Steered()
-    robot.hover()
+    robot = in_hover()
     robot.battery = 5.0
     robot.until(FlightState.ARM_OFF, 20.0)
     robot.tick(Order.START)
@@ -168,8 +164,7 @@ def test_low_battery_lands_and_does_not_start() -> None:
 
 
 def test_the_yaw_error_is_that_of_the_labs_link() -> None:
-    robot = Steered()
-    robot.hover()
+    robot = in_hover()
     place = robot.pilot.flyer.references.place_of(robot.ticks[-1].reference)  # type: ignore[arg-type]
     x, y, z = place.position
     turned = place.yaw + 0.4
@@ -280,8 +275,7 @@ def test_a_fence_lands_who_leaves_it_and_refuses_who_would() -> None:
 
 
 def test_land_on_the_surface_goes_back_before_it_goes_down() -> None:
-    robot = Steered()
-    robot.hover()
+    robot = in_hover()
     robot.tick(mission="paper")
     contact = 0
     while contact < 50:
@@ -297,8 +291,7 @@ def test_land_on_the_surface_goes_back_before_it_goes_down() -> None:
 
 
 def test_halt_stops_the_motors_at_once() -> None:
-    robot = Steered()
-    robot.hover()
+    robot = in_hover()
     robot.acknowledges = False
     tick = robot.tick(Order.HALT)
     assert (robot.state, tick.motors) == (FlightState.STOP, False)

@@ -9,7 +9,7 @@ from skylimb.analysis.exchange.messages import Joints, Pose
 from skylimb.apps.ros.messages import Arrived
 from skylimb.base.rotations import quaternion_from_rotation, rot_z, wrapped
 from skylimb.control.planning.posture import posture_family
-from wired import Wire
+from wired import in_hover
 
 FAR, TURN = 0.09, np.deg2rad(3.0)
 """Off the place, m an axis, and off the yaw, once it stands in a posture: what the lab's own stack keeps."""
@@ -20,8 +20,7 @@ SAG = 0.06
 
 @pytest.mark.slow
 def test_ten_postures_in_hover() -> None:
-    wire = Wire()
-    wire.hover()
+    wire = in_hover()
     robot = wire.pilot.pilot.flyer.robot
     family, names = posture_family(robot), robot.description.shape_joints
     tick = wire.pilot.last

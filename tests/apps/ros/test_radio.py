@@ -17,7 +17,7 @@ from skylimb.apps.ros.run import limits_of
 from skylimb.apps.ros.sorting import MessageSorter
 from skylimb.apps.ros.states import FORCE_LANDING, FlightState, Order
 from skylimb.base.errors import ConfigError
-from steered import Steered
+from steered import Steered, in_hover
 
 REST = Joy(0.0, (0.0,) * 6, (0,) * 8)
 A, B, FORWARD = (
@@ -71,9 +71,7 @@ def test_what_a_radio_says_is_sorted_into_orders_and_steering() -> None:
 
 @pytest.fixture
 def hovering() -> Steered:
-    robot = Steered()
-    robot.hover()
-    return robot
+    return in_hover()
 
 
 def radio(robot: Steered, joy: Joy, seconds: float) -> None:

@@ -11,16 +11,14 @@ from skylimb.analysis.exchange import lab_topics as topics
 from skylimb.apps.ros.grounded import STAND
 from skylimb.apps.ros.messages import Outgoing
 from skylimb.apps.ros.states import FlightState
-from wired import SOON, Wire
+from wired import SOON, Wire, in_hover
 
 HALT, FORCE, LAND = (f"teleop_command/{word}" for word in ("halt", "force_landing", "land"))
 
 
 @pytest.fixture
 def hovering() -> Wire:
-    wire = Wire()
-    wire.hover()
-    return wire
+    return in_hover()
 
 
 def killed(wire: Wire, seconds: float = 0.3) -> None:

@@ -24,7 +24,7 @@ from skylimb.base.rotations import quaternion_product, rotation_from_quaternion
 from skylimb.control.planning.posture import posture_family
 from skylimb.control.planning.vectoring import vectoring_table
 from skylimb.robots.description import GRAVITY
-from steered import Steered
+from steered import in_hover
 
 ROBOT = skylimb.load_robot("hydrus_xi_quad")
 LINK = lab_link(ROBOT)
@@ -49,8 +49,7 @@ def ready_sensors() -> Sensors:
 
 
 def test_what_the_sensors_show_becomes_what_was_measured() -> None:
-    robot = Steered()
-    robot.hover()
+    robot = in_hover()
     robot.fly(0.5)
     measured = robot.plant.truth()
     body = Bodies(ROBOT, LINK).of(measured)
@@ -238,8 +237,7 @@ def test_the_joints_motion_is_taken_off_and_what_the_imu_says_is_handed_on() -> 
 
 
 def test_frames_lead_from_the_world_to_the_centre_of_gravity() -> None:
-    robot = Steered()
-    robot.hover()
+    robot = in_hover()
     body = Bodies(ROBOT, LINK).of(robot.plant.truth())
     fields = transforms(TickView(3.0, Names(ROBOT, "/other"), body))
     assert fields is not None
@@ -262,8 +260,7 @@ def test_frames_lead_from_the_world_to_the_centre_of_gravity() -> None:
 @pytest.mark.parametrize("board", ["flight_controller", "fc"])
 def test_every_link_hangs_on_one_parent_below_the_world(board: str) -> None:
     """Also of a robot whose own description has a link of the lab's name."""
-    robot, names = Steered(), Names(ROBOT, "/lab")
-    robot.hover()
+    robot, names = in_hover(), Names(ROBOT, "/lab")
     measured, link = robot.plant.truth(), names.link
     names.link = lambda name: link(board if name == LINK else name)  # type: ignore[method-assign]
     body = Bodies(ROBOT, LINK).of(measured)
@@ -292,8 +289,7 @@ def test_every_link_hangs_on_one_parent_below_the_world(board: str) -> None:
 
 
 def test_the_full_state_is_that_of_the_centre_of_gravity_and_of_the_labs_link() -> None:
-    robot = Steered()
-    robot.hover()
+    robot = in_hover()
     body = Bodies(ROBOT, LINK).of(robot.plant.truth())
     fields = full_state(TickView(3.0, Names(ROBOT), body))
     states = {one["id"]: one["state"] for one in fields["states"]}

@@ -13,7 +13,7 @@ from scipy.optimize import linprog
 
 from guaranteed_torque import guaranteed_torque, tilt_along, torque_along
 from skylimb.base.errors import AllocationError, UnreachableError
-from skylimb.control.planning import vectoring_files
+from skylimb.control.planning import vectoring_files, vectoring_search
 from skylimb.control.planning.control_torque import face_distances
 from skylimb.control.planning.vectoring import PURPOSES, VectoringTable, vectoring_table
 from skylimb.control.planning.vectoring_criteria import TORQUE
@@ -303,6 +303,16 @@ def test_a_robot_without_vectoring_has_an_empty_table(cache):
     assert table.angles(ca.SX.sym("x")).shape == (0, 1)
     nominal = np.array([np.pi / 6])
     assert torque_along(robot, table, nominal) == pytest.approx(torque_along(ROBOT, TABLE, nominal), abs=1e-9)
+
+
+@pytest.mark.parametrize(("name", "postures"), [("hydrus_xi_quad", 4), ("tiltable_hexarotor", 1)])
+def test_what_does_not_bend_is_searched_in_one_posture(name, postures, monkeypatch):
+    """All of its postures are the same, and each search takes as long."""
+    asked = []
+    monkeypatch.setattr(vectoring_search, "searches", lambda *given, p, **bounds: asked.append(p) or [])
+    robot = load_robot(name)
+    assert vectoring_search._starts(robot, vectoring_search.posture_function(robot, TORQUE)) == []
+    assert len(set(asked)) == len(asked) == postures
 
 
 def test_a_robot_that_cannot_hover_along_its_postures_is_refused():

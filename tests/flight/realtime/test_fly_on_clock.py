@@ -85,6 +85,7 @@ def test_a_machine_that_is_too_slow_breaks_the_flight_off() -> None:
     assert log.contact_force_normal.values[first + 200 :].max(initial=0.0) == 0.0
 
 
+@pytest.mark.usefixtures("no_figures")
 def test_the_command_says_how_it_went(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -104,6 +105,7 @@ def test_the_command_says_how_it_went(
     assert "fly needs one of --realtime" in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("no_figures")
 def test_overruns_of_the_command_line_leave_the_other_limits(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

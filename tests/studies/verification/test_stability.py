@@ -126,7 +126,7 @@ def test_a_map_has_the_axes_asked_for(point: OperatingPoint, loop: ClosedLoop) -
 
 @pytest.mark.parametrize("name", ["impedance", "hybrid"])
 def test_the_papers_presets_can_be_linearised(name: str) -> None:
-    loop = linearise(skylimb.load_experiment("paper", REST), controller(name))
+    loop = linearise(operating_point(skylimb.load_experiment("paper", REST), controller(name)))
     assert loop.stable
     assert loop.modes(1)[0].growth == pytest.approx(loop.growth, rel=1e-6)
 

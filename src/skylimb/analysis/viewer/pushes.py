@@ -92,24 +92,21 @@ class Pushes(NamedTuple):
     state: np.ndarray
 
 
-def greatest_pushes(
-    stance: Stance, directions: np.ndarray, near: Pushes | None = None, lean: float = LEAN
-) -> Pushes:
+def greatest_pushes(stance: Stance, directions: np.ndarray, near: Pushes | None = None) -> Pushes:
     """The greatest push at rest along each direction.
 
     Args:
         stance: of the robot.
         directions: unit vectors, W, (k, 3).
         near: where the search begins, as for a stance that is much like this one.
-        lean: how far the body may lean, rad.
     """
     count = len(directions)
     state = np.zeros((count, len(stance.low) + 3)) if near is None else near.state.copy()
     open_, settled = np.arange(count), np.zeros(count, dtype=bool)
     for k in range(_ROUNDS):
-        step = 2.0 * lean * 0.5 ** max(k - _FREE_ROUNDS + 1, 0)
-        state[open_] = _linear(stance, directions[open_], state[open_], (lean, step))
-        settled[open_] = _missed(stance, directions[open_], state[open_], lean) < _SETTLED
+        step = 2.0 * LEAN * 0.5 ** max(k - _FREE_ROUNDS + 1, 0)
+        state[open_] = _linear(stance, directions[open_], state[open_], step)
+        settled[open_] = _missed(stance, directions[open_], state[open_]) < _SETTLED
         open_ = np.flatnonzero(~settled)
         if len(open_) == 0:
             break
@@ -140,19 +137,16 @@ def _evaluated(stance: Stance, directions: np.ndarray, state: np.ndarray) -> tup
     return values.T * scale, slopes * scale[:, None]
 
 
-def _linear(
-    stance: Stance, directions: np.ndarray, near: np.ndarray, leans: tuple[float, float]
-) -> np.ndarray:
+def _linear(stance: Stance, directions: np.ndarray, near: np.ndarray, step: float) -> np.ndarray:
     """The solutions of the programmes that are linear around `near`; zeros without any.
 
-    `leans` are how far the body may lean, and how far about either axis beside the last lean. Beside its
-    state each has what is left over of the wrench, and of the servos, at a price that only those without a
-    solution pay. So one that has none leaves the others alone.
+    `step` is how far the body may lean about either axis beside the last lean. Beside its state each has what
+    is left over of the wrench, and of the servos, at a price that only those without a solution pay. So one
+    that has none leaves the others alone.
     """
     (count, size), n, servos = near.shape, len(stance.low), len(stance.torques)
     values, slopes = _evaluated(stance, directions, near)
     held = (slopes @ near[:, :, None])[:, :, 0] - values
-    lean, step = leans
     most = float(stance.high.sum()) + stance.weight
     low, high = np.zeros((count, size + 13)), np.full((count, size + 13), np.inf)
     low[:, :n], high[:, :n] = stance.low, stance.high
@@ -164,7 +158,7 @@ def _linear(
     rows[:, 6, n : n + 2] = near[:, n : n + 2]
     rows[:, 7 : 7 + servos, :size], rows[:, 7 + servos :, :size] = slopes[:, 6:], -slopes[:, 6:]
     rows[:, 7:, -1] = -1.0
-    within = 0.5 * (lean**2 + np.sum(near[:, n : n + 2] ** 2, axis=1))
+    within = 0.5 * (LEAN**2 + np.sum(near[:, n : n + 2] ** 2, axis=1))
     most_of_rows = np.column_stack([held[:, :6], within, 1.0 + held[:, 6:], 1.0 - held[:, 6:]])
     least_of_rows = np.where(np.arange(7 + 2 * servos) < 6, most_of_rows, -np.inf)
     together = ca.diagcat(*map(ca.DM, rows))
@@ -185,11 +179,11 @@ def _linear(
     return x[:, :size]
 
 
-def _missed(stance: Stance, directions: np.ndarray, state: np.ndarray, lean: float) -> np.ndarray:
+def _missed(stance: Stance, directions: np.ndarray, state: np.ndarray) -> np.ndarray:
     """By how much each is beyond what it may be: of the weight, of a servo's torque, of the lean, (k,)."""
     values, _ = _evaluated(stance, directions, state)
     over = np.abs(values[:, 6:]).max(axis=1, initial=0.0) - 1.0
-    outside = np.linalg.norm(state[:, -3:-1], axis=1) - lean
+    outside = np.linalg.norm(state[:, -3:-1], axis=1) - LEAN
     return np.max([np.abs(values[:, :6]).max(axis=1), over, outside], axis=0)
 
 

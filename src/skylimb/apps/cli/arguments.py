@@ -1,7 +1,8 @@
 """From words on the command line to the arguments of a verb; every mistake on one line.
 
 A verb is a function that does its work and returns the exit code, None for 0. Its parameters before the `*`
-are arguments, those after it options; type, default and `arg` say the rest. Its docstring is its help.
+are arguments, those after it options; type, default and `arg` say the rest. A dataclass among them holds
+options that verbs share. Its docstring is its help.
 argparse splits the words, and what they mean is checked here. cyclopts and tyro would do the same; they make
 `skylimb --help` slower (docs/reports/decisions.md has the times).
 """
@@ -11,9 +12,10 @@ from __future__ import annotations
 import argparse
 import functools
 import inspect
+import itertools
 import typing
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, is_dataclass
 from typing import Any, NoReturn
 
 from skylimb.base.errors import ConfigError, choice_error, unknown_name
@@ -72,6 +74,10 @@ def parse(name: str, verb: Verb, words: list[str]) -> Callable[[], int | None]:
     for parameter in _parameters(verb):
         if isinstance(given.get(parameter.name), list):
             given[parameter.name] = _note(parameter).read(tuple(given[parameter.name]))
+    for shared in _signature(verb):
+        if kind := _shared(shared):
+            names = [one.name for one in _signature(kind) if one.name in given]
+            given[shared.name] = kind(**{name: given.pop(name) for name in names})
     return functools.partial(verb, **given)
 
 
@@ -86,7 +92,19 @@ def flags(verb: Verb) -> list[str]:
 
 
 def _parameters(verb: Verb) -> list[inspect.Parameter]:
-    return list(inspect.signature(verb, eval_str=True).parameters.values())
+    """Of a verb, those within its dataclasses among them."""
+    own = (_signature(kind) if (kind := _shared(one)) else [one] for one in _signature(verb))
+    return [*itertools.chain.from_iterable(own)]
+
+
+def _signature(made: Callable[..., Any]) -> list[inspect.Parameter]:
+    return list(inspect.signature(made, eval_str=True).parameters.values())
+
+
+def _shared(parameter: inspect.Parameter) -> type | None:
+    """The dataclass that a parameter is of; None for any other parameter."""
+    kind = parameter.annotation
+    return kind if isinstance(kind, type) and is_dataclass(kind) else None
 
 
 def _note(parameter: inspect.Parameter) -> arg:

@@ -91,6 +91,12 @@ def score_table(
     show_table(rows, "", "", *columns, justify="llr", heading=heading)
 
 
+def faults(counts: Mapping[str, int]) -> None:
+    """Say what was met in a flight on a clock, and how often."""
+    for name, count in counts.items():
+        print(f"note: {name}: {count} times")
+
+
 @contextmanager
 def bars(*columns: ProgressColumn) -> Iterator[Bars]:
     """Bars on the error stream, while it is a terminal."""

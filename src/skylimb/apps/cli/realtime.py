@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -27,8 +26,6 @@ if TYPE_CHECKING:
     from skylimb.analysis.exchange.recorder import FlightRecorder
     from skylimb.flight.realtime.clocked_flight import ClockedFlight
     from skylimb.flight.realtime.timing import Timing
-
-TIMING_FILE = "timing.json"
 
 
 def fly(
@@ -142,8 +139,7 @@ def _hand_over(flown: ClockedFlight, folder: Path, scored: bool) -> int:
     if scored:
         output.scores(runs)
     _show(flown.timing, bare)
-    for name, count in flown.faults.items():
-        print(f"note: {name}: {count} times")
+    output.faults(flown.faults)
     if run.failed and not scored:
         print(f"{run.name} FAILED: {run.cause}")
     return output.hand_over(runs, folder, failed=failed)
@@ -152,19 +148,14 @@ def _hand_over(flown: ClockedFlight, folder: Path, scored: bool) -> int:
 def _write(flown: ClockedFlight, bare: Timing, folder: Path) -> None:
     """Log, configuration and sources; and how the flight kept to the clock."""
     from skylimb.analysis.report.output import write_records
+    from skylimb.flight.realtime.timing import TIMING_FILE
 
-    timing = flown.timing
-    content = {
-        "verdict": timing.verdict(),
-        "seconds": timing.quantiles(),
-        "bare_timer_seconds": bare.quantiles(),
-        "histogram": [
-            {"bin": words, "jitter": late, "latency": latency} for words, late, latency in timing.histogram()
-        ],
-        "faults": dict(flown.faults),
-    }
-    beside = {TIMING_FILE: json.dumps(content, indent=2) + "\n"}
-    write_records({flown.run.name: flown.run}, folder, {flown.run.name: beside})
+    bins = [
+        {"bin": words, "jitter": late, "latency": latency}
+        for words, late, latency in flown.timing.histogram()
+    ]
+    told = flown.timing.record(flown.faults, bare_timer_seconds=bare.quantiles(), histogram=bins)
+    write_records({flown.run.name: flown.run}, folder, {flown.run.name: {TIMING_FILE: told}})
 
 
 def _show(timing: Timing, bare: Timing) -> None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from contextlib import nullcontext
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from skylimb.apps.cli import output
@@ -13,49 +13,61 @@ from skylimb.base.aside import said_aside
 
 if TYPE_CHECKING:
     from skylimb.apps.ros.bridge import Rim
-    from skylimb.apps.ros.limits import FlightLimits
     from skylimb.apps.ros.node_config import NodeConfig
 
 _Profile = Annotated[str, arg("simulator, controller or both.", "PROFILE")]
-_Robot = Annotated[str, arg("The robot, in place of the experiment's.", "NAME")]
-_Controller = Annotated[str | None, arg("A controller's name, its TOML file, or a Python file.", "NAME")]
-_Experiment = Annotated[
-    str, arg("Experiment of plant, surface and first mission: paper, for simulator free_flight.", "NAME")
-]
-_Missions = Annotated[tuple[str, ...], arg("Experiments whose missions may be flown besides it.", "NAME ...")]
-_Cells = Annotated[int, arg("Cells of the battery in series; 0 where nobody tells its voltage.", "N")]
-_Bare = Annotated[bool, arg("That the flight controller may hold no attitude; controller needs it.")]
-_Pad = Annotated[
-    dict[str, Any] | None,
-    arg(
-        "Other numbers of the radio's land, halt, yaw, up, left, forward.",
-        "NAME=N ...",
-        assignments_of("--pad", "land=4"),
-    ),
-]
-_Adopt = Annotated[
-    Literal["land", "hover"],
-    arg("What becomes of a robot that flies already when controller begins.", "land|hover"),
-]
-_Check = Annotated[bool, arg("Look at everything before a flight, and command nothing.")]
-_Start = Annotated[
-    dict[str, Any] | None,
-    arg(
-        "Joint angles with which simulator stands, rad.",
-        "NAME=RAD ...",
-        assignments_of("--start", "joint1=0.5"),
-    ),
-]
-_Out = Annotated[str, arg("New folder for flights and missions; none by default.", "DIR")]
+
+
+@dataclass(frozen=True, kw_only=True)
+class NodeOptions:
+    """What a node is told on any ROS."""
+
+    robot: Annotated[str, arg("The robot, in place of the experiment's.", "NAME")] = ""
+    controller: Annotated[
+        str | None, arg("A controller's name, its TOML file, or a Python file.", "NAME")
+    ] = None
+    experiment: Annotated[
+        str,
+        arg("Experiment of plant, surface and first mission: paper, for simulator free_flight.", "NAME"),
+    ] = ""
+    mission: Annotated[
+        tuple[str, ...], arg("Experiments whose missions may be flown besides it.", "NAME ...")
+    ] = ()
+    cells: Annotated[int, arg("Cells of the battery in series; 0 where nobody tells its voltage.", "N")] = 6
+    bare: Annotated[bool, arg("That the flight controller may hold no attitude; controller needs it.")] = (
+        False
+    )
+    calibration: Calibration = None
+    fence: Fence = ()
+    pad: Annotated[
+        dict[str, Any] | None,
+        arg(
+            "Other numbers of the radio's land, halt, yaw, up, left, forward.",
+            "NAME=N ...",
+            assignments_of("--pad", "land=4"),
+        ),
+    ] = None
+    adopt: Annotated[
+        Literal["land", "hover"],
+        arg("What becomes of a robot that flies already when controller begins.", "land|hover"),
+    ] = "land"
+    check: Annotated[bool, arg("Look at everything before a flight, and command nothing.")] = False
+    start: Annotated[
+        dict[str, Any] | None,
+        arg(
+            "Joint angles with which simulator stands, rad.",
+            "NAME=RAD ...",
+            assignments_of("--start", "joint1=0.5"),
+        ),
+    ] = None
+    set: Settings = None
+    out: Annotated[str, arg("New folder for flights and missions; none by default.", "DIR")] = ""
 
 
 def ros(
     profile: _Profile,
     *,
-    robot: _Robot = "",
-    controller: _Controller = None,
-    experiment: _Experiment = "",
-    mission: _Missions = (),
+    options: NodeOptions = NodeOptions(),
     messages: Annotated[
         tuple[str, ...], arg("Folders of .msg files: the robot's own checkout.", "DIR ...")
     ] = (),
@@ -65,17 +77,7 @@ def ros(
         tuple[str, ...],
         arg("The robot's own files of motor_info, servo_controller and uav_model.", "YAML ..."),
     ] = (),
-    cells: _Cells = 6,
     anywhere: Annotated[bool, arg("Whether master and node may be on a network.")] = False,
-    bare: _Bare = False,
-    calibration: Calibration = None,
-    fence: Fence = (),
-    pad: _Pad = None,
-    adopt: _Adopt = "land",
-    check: _Check = False,
-    start: _Start = None,
-    set: Settings = None,
-    out: _Out = "",
 ) -> None:
     """Be a node on ROS 1: the lab's robot simulated, our controller for its robot, or both.
 
@@ -90,50 +92,18 @@ def ros(
         skylimb ros controller --controller hybrid --messages ~/jsk_aerial_robot --bare
         skylimb ros controller --controller hybrid --messages ~/jsk_aerial_robot --bare --check
     """
-    from skylimb.apps.ros.node_config import NodeConfig
     from skylimb.apps.ros1.rim import ROS1
 
-    asked = NodeConfig(
-        profile,
-        robot=robot,
-        experiment=experiment,
-        missions=mission,
-        controller=controller,
-        settings=set or {},
-        messages=messages,
-        link=link,
-        lab_files=config,
-        namespace=namespace,
-        cells=_cells(profile, cells),
-        anywhere=anywhere,
-        bare=bare,
-        calibration=calibration,
-        limits=_limits(fence, pad, adopt),
-        check=check,
-        start=start or {},
-    )
-    _be(ROS1, asked, out)
+    own = {"messages": messages, "link": link, "lab_files": config}
+    _be(ROS1, profile, options, namespace=namespace, anywhere=anywhere, **own)
 
 
 def ros2(
     profile: _Profile,
     *,
-    robot: _Robot = "",
-    controller: _Controller = None,
-    experiment: _Experiment = "",
-    mission: _Missions = (),
+    options: NodeOptions = NodeOptions(),
     namespace: Annotated[str, arg("Of the topics.", "NAME")] = "skylimb",
-    cells: _Cells = 6,
     anywhere: Annotated[bool, arg("Whether it may be heard beyond this machine.")] = False,
-    bare: _Bare = False,
-    calibration: Calibration = None,
-    fence: Fence = (),
-    pad: _Pad = None,
-    adopt: _Adopt = "land",
-    check: _Check = False,
-    start: _Start = None,
-    set: Settings = None,
-    out: _Out = "",
 ) -> None:
     """Be a node on ROS 2, where none need be installed: a robot simulated, our controller for one, or both.
 
@@ -145,43 +115,38 @@ def ros2(
         skylimb ros2 simulator
         skylimb ros2 controller --controller hybrid --bare
     """
-    from skylimb.apps.ros.node_config import NodeConfig
     from skylimb.apps.ros2.rim import ROS2
 
-    asked = NodeConfig(
-        profile,
-        robot=robot,
-        experiment=experiment,
-        missions=mission,
-        controller=controller,
-        settings=set or {},
-        namespace=namespace,
-        cells=_cells(profile, cells),
-        anywhere=anywhere,
-        bare=bare,
-        calibration=calibration,
-        limits=_limits(fence, pad, adopt),
-        check=check,
-        start=start or {},
-    )
-    _be(ROS2, asked, out)
+    _be(ROS2, profile, options, namespace=namespace, anywhere=anywhere)
 
 
-def _cells(profile: str, cells: int) -> int:
-    """Of the battery; a simulated one has some."""
-    within("--cells", cells, 1 if profile == "simulator" else 0, 20)
-    return cells
-
-
-def _limits(fence: Sequence[float], pad: dict[str, Any] | None, adopt: str) -> FlightLimits:
+def _asked(profile: str, options: NodeOptions, **own: Any) -> NodeConfig:
+    """What a node is asked to be; the battery of a simulated one has cells."""
+    from skylimb.apps.ros.node_config import NodeConfig
     from skylimb.apps.ros.run import limits_of
 
-    return limits_of(fence, pad or {}, adopt)
+    within("--cells", options.cells, 1 if profile == "simulator" else 0, 20)
+    return NodeConfig(
+        profile,
+        robot=options.robot,
+        experiment=options.experiment,
+        missions=options.mission,
+        controller=options.controller,
+        settings=options.set or {},
+        cells=options.cells,
+        bare=options.bare,
+        calibration=options.calibration,
+        limits=limits_of(options.fence, options.pad or {}, options.adopt),
+        check=options.check,
+        start=options.start or {},
+        **own,
+    )
 
 
-def _be(rim: Rim, config: NodeConfig, out: str) -> None:
+def _be(rim: Rim, profile: str, options: NodeOptions, **own: Any) -> None:
     """Be a node until it ends, keep what it flew, and say how it went."""
-    folder = new_folder(out, "ros") if out else None
+    config = _asked(profile, options, **own)
+    folder = new_folder(options.out, "ros") if options.out else None
     from skylimb.analysis.exchange.recorder import recording
     from skylimb.apps.ros.run import run, write
 
@@ -194,7 +159,6 @@ def _be(rim: Rim, config: NodeConfig, out: str) -> None:
     if config.check:
         raise SystemExit(1 if flown.failed else 0)
     print(flown.timing.verdict())
-    for name, count in flown.faults.items():
-        print(f"note: {name}: {count} times")
+    output.faults(flown.faults)
     if folder is not None:
         output.places(folder)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from skylimb.analysis.exchange.lab_topics import ORDERS, Topic
+from skylimb.analysis.exchange.lab_topics import Topic
 from skylimb.apps.ros.messages import Arrived, Outgoing
-from skylimb.apps.ros.states import FlightState, Order
+from skylimb.apps.ros.states import ORDERED, FlightState, Order
 from skylimb.apps.ros.tick import Tick
 
 ANSWER = Topic("skylimb/answer", "")
@@ -22,7 +22,6 @@ _LEADS_TO = {
     Order.HALT: (FlightState.STOP, FlightState.ARM_OFF),
     Order.FORCE_LANDING: (FlightState.LAND, FlightState.STOP, FlightState.ARM_OFF),
 }
-_ORDERS = {topic.name: Order(topic.name.rpartition("/")[2]) for topic in ORDERS}
 
 
 def answers(arrived: Iterable[Arrived], tick: Tick | None) -> Iterator[Outgoing]:
@@ -33,7 +32,7 @@ def answers(arrived: Iterable[Arrived], tick: Tick | None) -> Iterator[Outgoing]
         tick: what it came to.
     """
     for one in arrived:
-        order = _ORDERS.get(one.topic)
+        order = ORDERED.get(one.topic)
         if order is None or one.value is None or tick is None:
             continue
         state = tick.flying.state

@@ -46,7 +46,6 @@ class Node:
         bridge: to ROS and back; it never waits.
         pacer: of the ticks.
         say: takes what people are to read.
-        clock: of the messages' stamps, s.
         recorder: keeps flights on the disk as they are flown.
     """
 
@@ -56,11 +55,10 @@ class Node:
         bridge: Bridge,
         pacer: Pacer,
         say: Callable[[str], None] = print,
-        clock: Callable[[], float] = time.time,
         recorder: FlightRecorder | None = None,
     ) -> None:
         self._profile, self._bridge, self._pacer = profile, bridge, pacer
-        self._say, self._clock, self._recorder = say, clock, recorder
+        self._say, self._recorder = say, recorder
         self._to_end = 0
         self._words: Words | None = None
         self._known: Counter[str] = Counter()
@@ -105,7 +103,7 @@ class Node:
                     if self._profile.slows and self._pacer.missed:
                         self._pacer.forgive()
                     arrived = self._arrived()
-                    messages = self._profile.tick(arrived, self._clock())
+                    messages = self._profile.tick(arrived, time.time())
                     messages += answers(arrived, self._profile.last)
                     self._bridge.carry(messages)
                     if self._recorder is not None:
@@ -127,7 +125,7 @@ class Node:
         self._pacer.start(self._pacer.period)
         for k in range(round(seconds / self._pacer.period)):
             self._pacer.wait(k)
-            self._profile.tick(self._arrived(), self._clock())
+            self._profile.tick(self._arrived(), time.time())
         return self._profile.pilot.checks()
 
     def _arrived(self) -> list[Arrived]:
@@ -156,7 +154,7 @@ class Node:
         self._known = faults
         if last is not None:
             late = float(np.quantile(list(islice(reversed(self._late), 200)), 0.99))
-            message = diagnosis(last, faults, news, f"{1e3 * late:.3f}", self._clock())
+            message = diagnosis(last, faults, news, f"{1e3 * late:.3f}", time.time())
             self._bridge.carry([Outgoing(DIAGNOSTICS, message)])
 
     def _say_what_happened(self) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -35,7 +34,7 @@ from skylimb.flight.plan import FlightPlan, checked
 from skylimb.flight.realtime.clocked_flight import compiled
 from skylimb.flight.realtime.pacer import Pacer
 from skylimb.flight.realtime.preflight import LOOK, desk_of, fence_of
-from skylimb.flight.realtime.timing import Timing
+from skylimb.flight.realtime.timing import TIMING_FILE, Timing
 from skylimb.flight.takeoff import simulated
 from skylimb.robots.model import Robot
 
@@ -181,12 +180,7 @@ def write(flown: Flown, folder: Path) -> list[Path]:
             else:
                 write_run(run, path)
                 places.append(folder / path.name)
-        timing = {
-            "verdict": flown.timing.verdict(),
-            "seconds": flown.timing.quantiles(),
-            "faults": dict(flown.faults),
-        }
-        (aside / "timing.json").write_text(json.dumps(timing, indent=2) + "\n", encoding="utf-8")
+        (aside / TIMING_FILE).write_text(flown.timing.record(flown.faults), encoding="utf-8")
     return places
 
 

@@ -15,7 +15,6 @@ from skylimb.analysis.exchange.lab_topics import (
     JOINT_STATES,
     MISSION,
     MOCAP,
-    ORDERS,
     PWMS,
     SENSORS,
     SERVO_STATES,
@@ -25,11 +24,10 @@ from skylimb.apps.ros.battery import percentage
 from skylimb.apps.ros.limits import FlightLimits
 from skylimb.apps.ros.messages import Arrived
 from skylimb.apps.ros.radio import ordered, steered
-from skylimb.apps.ros.states import Order
+from skylimb.apps.ros.states import ORDERED, Order
 from skylimb.apps.ros.tick import Received, Request
 from skylimb.flight.realtime.speaker import SILENT, Speaker
 
-_ORDERS = {topic.name: Order(topic.name.rpartition("/")[2]) for topic in ORDERS}
 _SENSORS = frozenset(topic.name for topic in SENSORS)
 _STREAMS = frozenset(topic.name for topic in (MOCAP, IMU, JOINT_STATES, SERVO_STATES))
 SELDOM = 2.0
@@ -62,8 +60,8 @@ class MessageSorter:
         """Everything that came, in its order."""
         orders, requests, said = list[Order](), list[Request](), dict[str, Any]()
         for one in arrived:
-            if one.topic in _ORDERS:
-                orders.append(_ORDERS[one.topic])
+            if one.topic in ORDERED:
+                orders.append(ORDERED[one.topic])
             elif one.topic in _SENSORS:
                 said |= self._of_the_robot(one)
             elif isinstance(one.value, Joy):

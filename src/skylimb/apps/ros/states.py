@@ -11,6 +11,7 @@ from enum import IntEnum, StrEnum
 
 import numpy as np
 
+from skylimb.analysis.exchange.lab_topics import ORDERS
 from skylimb.flight.realtime.charge import Charge
 
 
@@ -43,6 +44,10 @@ class Order(StrEnum):
     LAND = "land"
     HALT = "halt"
     FORCE_LANDING = "force_landing"
+
+
+ORDERED = {topic.name: Order(topic.name.rpartition("/")[2]) for topic in ORDERS}
+"""What a message on each of these topics orders."""
 
 
 class Arming(IntEnum):

@@ -151,7 +151,9 @@ def _starts(robot: Robot, posture: Posture) -> list[np.ndarray]:
     free = turns_freely(lower, upper)
     bounds = {} if free.all() else {"lbx": [*lower, -np.inf], "ubx": [*upper, np.inf]}
     found: list[np.ndarray] = []
-    for angle in np.linspace(*posture.span, 4):
+    # Without joints that bend, all postures are the first one, and so are their optima.
+    bends = bool(np.any(robot.description.posture.slope))
+    for angle in np.linspace(*posture.span, 4 if bends else 1):
         begun = [[*start, 1.0] for start in tries]
         for _, x in searches(solver, begun, p=angle, lbg=posture.low, ubg=posture.high, **bounds):
             candidate = np.where(free, wrapped(x[:n]), x[:n])

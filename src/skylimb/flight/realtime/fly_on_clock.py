@@ -31,7 +31,6 @@ from skylimb.simulation.engine_timer import without_timer
 def fly_on_clock(
     experiment: str | Experiment = "paper",
     controller: str | Controller | None = None,
-    seed: int | None = None,
     set: Mapping[str, Any] | None = None,
     limits: Limits | None = None,
     pacer: Callable[[float], Pacer] = Pacer,
@@ -45,9 +44,8 @@ def fly_on_clock(
     the flight retreats from the surface.
 
     Args:
-        experiment: as of `skylimb.run`, and so are controller, seed and set.
+        experiment: as of `skylimb.run`, and so are controller and set.
         controller: see there.
-        seed: see there.
         set: see there.
         limits: when to hold and when to retreat.
         pacer: makes the pacer for a control period, s.
@@ -55,7 +53,7 @@ def fly_on_clock(
         calibration: as of `skylimb.run`.
         recorder: keeps the flight on the disk as it is flown.
     """
-    (takeoff,) = take_off(experiment, (controller,), seed, set, calibration=calibration)
+    (takeoff,) = take_off(experiment, (controller,), set=set, calibration=calibration)
     clock = pacer(takeoff.period)
     guard = guarded_controller(takeoff, clock, limits)
     mission, rows, simulated = takeoff.mission, takeoff.rows, world(takeoff)

@@ -173,7 +173,6 @@ def check_robot(
     link: Link,
     experiment: str | Experiment = "paper",
     set: Mapping[str, Any] | None = None,
-    patience: float = PATIENCE,
     calibration: Calibrated | None = None,
     start: StartLimits | None = None,
 ) -> list[Check]:
@@ -187,7 +186,7 @@ def check_robot(
     vehicle = RemoteVehicle(plan.robot, link, clock.clock)
     told = unprotected(plan.robot, plan.needs.vectoring, plan.experiment.supervisor)
     first, limits = plan.mission.first, start or StartLimits()
-    return Look(plan.robot, vehicle, clock, first, limits, calibration, patience, told).found(LOOK)
+    return Look(plan.robot, vehicle, clock, first, limits, calibration, PATIENCE, told).found(LOOK)
 
 
 def _ended(signals: list[int]) -> str:

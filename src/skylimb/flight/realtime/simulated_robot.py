@@ -113,26 +113,20 @@ class SimulatedRobot:
         return command is not None
 
 
-def serve_plant(
-    link: ServedLink,
-    experiment: str = "paper",
-    set: Mapping[str, Any] | None = None,
-    pacer: Pacer | None = None,
-) -> int:
+def serve_plant(link: ServedLink, experiment: str = "paper", set: Mapping[str, Any] | None = None) -> int:
     """Let the plant of an experiment be flown over a link, until its commands stop.
 
     Args:
         link: to whoever controls it.
         experiment: a name or a TOML file.
         set: dotted keys and new values.
-        pacer: of the ticks; the wall clock by default.
 
     Returns:
         Ticks flown.
     """
     (takeoff,) = take_off(experiment, (None,), set=set)
     require_applied(takeoff.experiment.events, PLANT_KINDS, "a simulated robot behind a link")
-    clock, silent = pacer or Pacer(takeoff.period), 0
+    clock, silent = Pacer(takeoff.period), 0
     with without_timer():
         robot = SimulatedRobot(takeoff, link)
         for _ in ticks_on_clock(clock):

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from skylimb.flight.realtime.pacer import Pacer
 
+TIMING_FILE = "timing.json"
 QUANTILES = (("p50", 0.5), ("p99", 0.99), ("p99.9", 0.999), ("worst", 1.0))
 EDGES_US = (0, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000, np.inf)
 """Edges of the histogram's bins, microseconds."""
@@ -63,6 +67,16 @@ class Timing:
             for low, high in pairwise(edges)
         ]
         return [(word, int(a), int(b)) for word, a, b in zip(words, *counts, strict=True)]
+
+    def record(self, faults: Mapping[str, int], **more: Any) -> str:
+        """What a flight's `timing.json` says.
+
+        Args:
+            faults: how often each was met, by name.
+            more: that it says as well.
+        """
+        told = {"verdict": self.verdict(), "seconds": self.quantiles(), **more, "faults": dict(faults)}
+        return json.dumps(told, indent=2) + "\n"
 
     def verdict(self) -> str:
         """One sentence: whether the machine kept up."""

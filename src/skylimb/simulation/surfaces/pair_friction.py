@@ -85,8 +85,8 @@ def friction_function() -> ca.Function:
 class PairFriction:
     """Friction and adhesion of one contact pair that follow the tip over a surface."""
 
-    def __init__(self, model: mujoco.MjModel, surface: Surface, name: str = PAIR_NAME) -> None:
-        pair, table = model.pair(name).id, friction_table(surface)
+    def __init__(self, model: mujoco.MjModel, surface: Surface) -> None:
+        pair, table = model.pair(PAIR_NAME).id, friction_table(surface)
         self._friction, self._adhesion = model.pair_friction[pair], model.pair_adhesion[pair : pair + 1]
         self._gap, self._stiffness = model.pair_gap[pair : pair + 1], table.stiffness
         # Lists: an update has a microsecond or two.

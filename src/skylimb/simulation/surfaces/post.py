@@ -38,9 +38,9 @@ class Post(CurvedSurface):
         local = self.to_local(points, time)
         return self.radius * np.arctan2(local[..., 1], self.radius - local[..., 0]), local[..., 2]
 
-    def covers(self, points: np.ndarray, time: Any = None) -> np.ndarray:
+    def covers(self, points: np.ndarray) -> np.ndarray:
         """Whether world points (..., 3) are not beyond its ends: some side of it faces all others."""
-        return np.abs(self.to_local(points, time)[..., 2]) <= 0.5 * self.size[1]
+        return np.abs(self.to_local(points)[..., 2]) <= 0.5 * self.size[1]
 
     @property
     def geoms(self) -> tuple[Geom, ...]:

@@ -169,9 +169,7 @@ class Surface(SurfaceKeys, Touched):
         """The surface points (..., 3), W, closest to world points (..., 3)."""
         return self.to_world(self.local_closest(self.to_local(points, time))[0], time)
 
-    def distance_along(
-        self, points: np.ndarray, direction: np.ndarray | None = None, time: Any = None
-    ) -> np.ndarray:
+    def distance_along(self, points: np.ndarray, direction: np.ndarray | None = None) -> np.ndarray:
         """Distance (...) from world points (..., 3) to the surface along a unit `direction`, m.
 
         By default along the contact axis: positive ahead of the surface, negative behind it. NaN where the
@@ -184,13 +182,13 @@ class Surface(SurfaceKeys, Touched):
             return -self.to_local(points)[..., 0] / float(self.R_WS[:, 0] @ direction)
 
         def local(along: np.ndarray) -> np.ndarray:
-            return self.to_local(points + along[..., None] * direction, time)
+            return self.to_local(points + along[..., None] * direction)
 
         return meeting(self.local_closest, local, self.R_WS.T @ direction, points.shape[:-1])
 
-    def covers(self, points: np.ndarray, time: Any = None) -> np.ndarray:
+    def covers(self, points: np.ndarray) -> np.ndarray:
         """Whether world points (..., 3) face the surface within its `size`."""
-        local = self.to_local(points, time)
+        local = self.to_local(points)
         half_u, half_v = 0.5 * self.size[0], 0.5 * self.size[1]
         inside = (np.abs(local[..., 1]) <= half_u) & (np.abs(local[..., 2]) <= half_v)
         return inside & np.isfinite(self.height(local[..., 1], local[..., 2]))

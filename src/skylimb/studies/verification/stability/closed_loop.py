@@ -33,11 +33,9 @@ from scipy.linalg import eig
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
-from skylimb.control.controller import TraceableController
-from skylimb.flight.experiments.experiment import Experiment
 from skylimb.studies.verification.stability.modes import Mode
 from skylimb.studies.verification.stability.plant import plant_transition, tangent_map
-from skylimb.studies.verification.stability.point import OperatingPoint, operating_point
+from skylimb.studies.verification.stability.point import OperatingPoint
 
 NEUTRAL = 1e-5
 """Eigenvalues as near to one as this are neutral: a growth of 0.002 1/s."""
@@ -155,26 +153,8 @@ def _parts(names: list[str], left: np.ndarray, right: np.ndarray) -> tuple[tuple
     return tuple(sorted(groups.items(), key=lambda item: -item[1])[:6])
 
 
-def linearise(
-    experiment: Experiment | OperatingPoint,
-    controller: TraceableController | None = None,
-    at: float | None = None,
-) -> ClosedLoop:
-    """The closed loop at a moment of a flight, or at a point at hand.
-
-    Args:
-        experiment: what is flown to get there, or an operating point.
-        controller: what flies; not needed at a point.
-        at: the moment on the mission's clock, s; the middle of the slide when None.
-
-    Raises:
-        UnreachableError: when the flight does not get there.
-    """
-    point = experiment
-    if not isinstance(point, OperatingPoint):
-        if controller is None:
-            raise TypeError("linearise(experiment, controller): a controller is missing")
-        point = operating_point(point, controller, at)
+def linearise(point: OperatingPoint) -> ClosedLoop:
+    """The closed loop at a moment of a flight."""
     A, B = plant_transition(point)
     K_x, K_s, S_x, S_s = loop_parts(point)
     matrix = np.block([[A + B @ K_x, B @ K_s], [S_x, S_s]])

@@ -14,10 +14,11 @@ from skylimb.studies.verification.stability.modes import Mode
 from skylimb.studies.verification.stability.plant import tangent_difference
 from skylimb.studies.verification.stability.point import OperatingPoint
 
+_NUDGE = 1e-3
+"""Largest entry of the perturbation, in the state's own units."""
 
-def flown_growth(
-    point: OperatingPoint, loop: ClosedLoop, mode: Mode, duration: float = 1.0, nudge: float = 1e-3
-) -> float:
+
+def flown_growth(point: OperatingPoint, loop: ClosedLoop, mode: Mode, duration: float = 1.0) -> float:
     """Growth of a mode in flight, 1/s.
 
     Args:
@@ -25,12 +26,11 @@ def flown_growth(
         loop: the linearisation there.
         mode: one of its modes.
         duration: of the flights, s.
-        nudge: largest entry of the perturbation, in the state's own units.
     """
     ticks = round(duration / point.period)
     still, nudged = (
         _fly(point, np.zeros(len(loop.names)), ticks),
-        _fly(point, nudge * loop.direction(mode), ticks),
+        _fly(point, _NUDGE * loop.direction(mode), ticks),
     )
     difference = np.array(
         [tangent_difference(point.plant.model, a, b) for a, b in zip(nudged, still, strict=True)]

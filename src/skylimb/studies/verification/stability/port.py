@@ -37,6 +37,8 @@ from skylimb.studies.verification.stability.point import OperatingPoint
 _AWAY = 1000.0  # m, by which the surface is taken away
 _PASSIVE = 1e-9
 """Share of the greatest admittance by which a real part may be negative, for rounding."""
+_FLOOR = 1e-2
+"""Growth that does not count, 1/s."""
 
 
 @dataclass(frozen=True)
@@ -96,16 +98,15 @@ class TipPort:
         M, _ = self.over_period(stiffness, damper)
         return ClosedLoop(M, (), self.place.shape[1], self.period).growth
 
-    def unstable_springs(self, stiffnesses: np.ndarray, floor: float = 1e-2) -> tuple[float, float] | None:
+    def unstable_springs(self, stiffnesses: np.ndarray) -> tuple[float, float] | None:
         """The least and the greatest of rising `stiffnesses` with which a mode grows, N/m, or None.
 
         The least one is found to a thousandth between them.
 
         Args:
             stiffnesses: of the spring, N/m.
-            floor: growth that does not count, 1/s.
         """
-        grows = np.flatnonzero([self.growth(float(k)) > floor for k in stiffnesses])
+        grows = np.flatnonzero([self.growth(float(k)) > _FLOOR for k in stiffnesses])
         if len(grows) == 0:
             return None
         first = int(grows[0])
@@ -113,18 +114,15 @@ class TipPort:
         high = float(stiffnesses[first])
         while high - low > 1e-3 * high:
             middle = 0.5 * (low + high)
-            low, high = (low, middle) if self.growth(middle) > floor else (middle, high)
+            low, high = (low, middle) if self.growth(middle) > _FLOOR else (middle, high)
         return high, max(high, float(stiffnesses[grows[-1]]))
 
-    def calming_damper(
-        self, stiffnesses: np.ndarray, dampers: np.ndarray, floor: float = 1e-2
-    ) -> float | None:
+    def calming_damper(self, stiffnesses: np.ndarray, dampers: np.ndarray) -> float | None:
         """The least of rising `dampers` beside which a spring of none of the `stiffnesses` makes a mode grow.
 
         Args:
             stiffnesses: of the springs, N/m.
             dampers: N s/m.
-            floor: growth that does not count, 1/s.
 
         Returns:
             The damper, N s/m; None where each of them leaves a spring that does.
@@ -132,7 +130,7 @@ class TipPort:
         calm = (
             float(damper)
             for damper in dampers
-            if all(self.growth(float(stiffness), float(damper)) <= floor for stiffness in stiffnesses)
+            if all(self.growth(float(stiffness), float(damper)) <= _FLOOR for stiffness in stiffnesses)
         )
         return next(calm, None)
 
