@@ -74,3 +74,10 @@ def test_a_wrong_preset_of_an_experiment_is_refused(
 ) -> None:
     with pytest.raises(error, match=message):
         flown_by(adapted(tmp_path, table))
+
+
+def test_settings_of_the_command_line_are_no_settings_of_a_call() -> None:
+    told = r"set = .*surface\.friction=0\.2.* should be a dict of dotted keys, as in set=\{'surface"
+    given: Any = ["surface.friction=0.2"]
+    with pytest.raises(ConfigError, match=told):
+        skylimb.run("paper", set=given)

@@ -93,7 +93,15 @@ PRESET = "preset"
 
 
 def parted(settings: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Settings by dotted key: the experiment's, and the controller's without "controller."."""
+    """Settings by dotted key: the experiment's, and the controller's without "controller.".
+
+    Raises:
+        ConfigError: when they are no mapping, but a list as on the command line.
+    """
+    if not isinstance(settings, Mapping):
+        raise ConfigError(
+            f"set = {shown(settings)} should be a dict of dotted keys, as in set={{'surface.friction': 0.2}}"
+        )
     gains = {key: value for key, value in settings.items() if key.startswith("controller.")}
     rest = {key: value for key, value in settings.items() if key not in gains}
     return rest, {key.removeprefix("controller."): value for key, value in gains.items()}
