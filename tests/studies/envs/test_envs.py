@@ -317,6 +317,7 @@ def test_a_term_of_ones_own_is_paid_and_its_mistakes_are_named() -> None:
         ({"count": 2.5}, ConfigError, "num_envs = 2.5 has the wrong type: expected a whole number"),
         ({"threads": 0}, ConfigError, "threads = 0 is outside of 1"),
         ({"threads": "3"}, ConfigError, "threads = '3' has the wrong type"),
+        ({"set": {"stop_at": 0.5}}, ConfigError, "stop_at is what duration says"),
         ({"observations": "signals"}, ConfigError, "signals is empty"),
     ],
 )
