@@ -129,7 +129,7 @@ class PlantSteps:
                 raise UserCodeError(f"{where} gives no '{name}'")
             with UserCode(f"{where}: {name}"):
                 given = np.asarray(said[name])
-                value = np.array(given.real, dtype=float)
+                value = np.array(np.real(given), dtype=float)
             if np.iscomplexobj(given):
                 raise UserCodeError(f"{where} gives {name} = {said[name]}, which is complex")
             if value.shape != (size,):
