@@ -114,6 +114,8 @@ def test_a_symbol_is_no_float() -> None:
 
 
 LAW = """
+from dataclasses import dataclass
+@dataclass(frozen=True)
 class Gains: ...
 def initial_state(gains, start): return ()
 def step(gains, state, inputs):

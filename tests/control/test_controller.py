@@ -93,7 +93,12 @@ def test_laws_are_the_files_of_their_folder() -> None:
         find_law("shape", "fixd", Path())
 
 
-LAW = "Gains = dict\ndef initial_state(gains, start): ...\ndef step(*given): ...\n"
+LAW = """from dataclasses import dataclass
+@dataclass(frozen=True)
+class Gains: ...
+def initial_state(gains, start): ...
+def step(*given): ...
+"""
 
 
 @pytest.mark.parametrize(
@@ -103,12 +108,12 @@ LAW = "Gains = dict\ndef initial_state(gains, start): ...\ndef step(*given): ...
 def test_a_law_in_a_file_has_what_its_slot_needs(tmp_path: Path, slot: str, more: str | None) -> None:
     written(tmp_path, LAW, "mine.py")
     if more is None:
-        assert find_law(slot, "mine.py", tmp_path).Gains is dict
+        assert find_law(slot, "mine.py", tmp_path).Gains.__name__ == "Gains"
         return
     with pytest.raises(ConfigError, match=f"does not define {more}"):
         find_law(slot, "mine.py", tmp_path)
     written(tmp_path, LAW + f"def {more}(*given): ...\n", "whole.py")
-    assert find_law(slot, "whole.py", tmp_path).Gains is dict
+    assert find_law(slot, "whole.py", tmp_path).Gains.__name__ == "Gains"
     with pytest.raises(ConfigError, match="does not define initial_state, "):
         find_law(slot, str(written(tmp_path, "Gains = dict\n", "half.py")), tmp_path)
 

@@ -55,6 +55,25 @@ def test_signals_are_those_of_every_call(tmp_path: Path, robot: Robot) -> None:
         read(tmp_path, robot, text)
 
 
+@pytest.mark.parametrize(
+    ("gains", "told"),
+    [
+        ("class Gains: k = 1.0", "a class Gains without it"),
+        ("Gains = dict(k=1.0)", "dict"),
+        ("Gains = None", "NoneType"),
+        ("def Gains(): ...", "function"),
+        ("@dataclass(frozen=True)\nclass G: ...\nGains = G()", "G"),
+    ],
+)
+def test_gains_that_are_no_dataclass_are_named(tmp_path: Path, robot: Robot, gains: str, told: str) -> None:
+    told = (
+        "translation law 'law.py': Gains should be a class with @configuration or @dataclass(frozen=True); "
+        f"it is {told}"
+    )
+    with pytest.raises(UserCodeError, match=f"{re.escape(told)}$"):
+        read(tmp_path, robot, LAW.replace("@dataclass(frozen=True)\nclass Gains: ...", gains))
+
+
 def test_a_function_that_is_none_is_named(tmp_path: Path, robot: Robot) -> None:
     with pytest.raises(UserCodeError, match=r"^translation law 'law\.py': prepare is no function"):
         read(tmp_path, robot, LAW + "prepare = 3\n")

@@ -36,6 +36,31 @@ def test_an_experiment_adapts_a_preset_and_the_user_has_the_last_word(tmp_path: 
     assert flown_by(file, "pid").name == "pid"
 
 
+def test_a_law_that_the_user_names_takes_the_experiments_gains_that_it_has(tmp_path: Path) -> None:
+    table = "preset = 'impedance'\ntranslation.damping_ratio = [0.9, 0.9, 0.9]\nshape.law = 'admittance'"
+    file = adapted(tmp_path, f"{table}\nshape.mass = 30.0\nshape.damping = 50.0\nshape.stiffness = 10.0")
+    other = flown_by(file, settings={"controller.shape.law": "fixed"})
+    assert other.preset.slots.shape.name == "fixed"
+    assert list(other.gains().translation.damping_ratio) == [0.9, 0.9, 0.9]
+    same = flown_by(file, settings={"controller.shape.law": "admittance"})
+    assert same.gains().shape.mass == 30.0
+    with pytest.raises(ConfigError, match=r"shape\.mass"):
+        flown_by(file, settings={"controller.shape.law": "fixed", "controller.shape.mass": 30.0})
+
+
+def test_a_foot_lies_flat_on_a_robot_whose_rotors_do_not_turn() -> None:
+    """Its experiment sets gains of `level`, which such a robot can't fly."""
+    flown = flown_by(
+        "face_to_face",
+        settings={
+            "robot": "tilted_hexarotor",
+            "controller.allocation.law": "bounded",
+            "controller.allocation.side_force": "rotors",
+        },
+    )
+    assert flown.preset.slots.allocation.name == "bounded"
+
+
 @pytest.mark.parametrize(
     ("table", "error", "message"),
     [
@@ -49,3 +74,10 @@ def test_a_wrong_preset_of_an_experiment_is_refused(
 ) -> None:
     with pytest.raises(error, match=message):
         flown_by(adapted(tmp_path, table))
+
+
+def test_settings_of_the_command_line_are_no_settings_of_a_call() -> None:
+    told = r"set = .*surface\.friction=0\.2.* should be a dict of dotted keys, as in set=\{'surface"
+    given: Any = ["surface.friction=0.2"]
+    with pytest.raises(ConfigError, match=told):
+        skylimb.run("paper", set=given)

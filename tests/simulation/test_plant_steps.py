@@ -99,6 +99,10 @@ class Wrong:
 
 SPOILT = [
     (
+        lambda truth: truth | {"joint_rates": [0.0, 1j, 0.0]},
+        "joint_rates = [0.0, 1j, 0.0], which is complex",
+    ),
+    (
         lambda truth: truth | {"joint_rates": [0.0, np.nan, 0.0]},
         "joint_rates = [ 0. nan  0.], which is not finite",
     ),

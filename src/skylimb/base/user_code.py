@@ -7,6 +7,7 @@ traceback hangs on it as its cause: `skylimb --debug` prints it.
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import inspect
 import linecache
@@ -116,6 +117,25 @@ def guarded(function: F, what: str) -> F:
             return function(*given, **named)
 
     return call  # type: ignore[return-value]  # the same signature
+
+
+def settings_class(found: Any, name: str, what: str) -> type:
+    """What a user's file has as the class of its settings.
+
+    Args:
+        found: what stands there.
+        name: of it in the file.
+        what: the file's part in messages, for example "translation law 'spring.py'".
+
+    Raises:
+        UserCodeError: when it is no dataclass.
+    """
+    if isinstance(found, type) and dataclasses.is_dataclass(found):
+        return found
+    known = f"a class {found.__name__} without it" if isinstance(found, type) else type(found).__name__
+    raise UserCodeError(
+        f"{what}: {name} should be a class with @configuration or @dataclass(frozen=True); it is {known}"
+    )
 
 
 def returned(function: Callable[..., Any], *given: Any) -> tuple[Any, Place | None]:

@@ -156,16 +156,34 @@ def cascade_from_tables(
 
 def _change(mapping: dict[str, Any], changes: Mapping[str, Any], path: Path) -> None:
     """Write values into a preset's tables; a slot with another law keeps of its keys those that this has."""
+    for key in changes:
+        slot, _, rest = key.partition(".")
+        if rest == "law":
+            kept = kept_by_laws(flatten({slot: mapping.get(slot, {})}), changes, path.parent)
+            mapping[slot] = {}
+            for name, gain in kept.items():
+                put(mapping, name, gain)
+    for key, value in changes.items():
+        put(mapping, key, value)
+
+
+def kept_by_laws(gains: Mapping[str, Any], changes: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """Those of some gains that are left where changes name other laws for their slots.
+
+    Args:
+        gains: dotted keys and their values.
+        changes: dotted keys and their new values.
+        folder: a law given by path is sought there.
+    """
+    kept = dict(gains)
     for key, law in changes.items():
         slot, _, rest = key.partition(".")
         if rest == "law":
-            known = keys_of_law(find_law(slot, str(law), path.parent))
-            kept = {name: gain for name, gain in flatten(mapping.get(slot, {})).items() if name in known}
-            mapping[slot] = {}
-            for name, gain in kept.items():
-                put(mapping[slot], name, gain)
-    for key, value in changes.items():
-        put(mapping, key, value)
+            known = {f"{slot}.{name}" for name in keys_of_law(find_law(slot, str(law), folder))}
+            kept = {
+                name: gain for name, gain in kept.items() if name in known or not name.startswith(f"{slot}.")
+            }
+    return kept
 
 
 def _users_controller(file: str, robot: Robot) -> UserController:

@@ -14,7 +14,7 @@ from skylimb.base.errors import UserCodeError
 from skylimb.base.packing import with_floats
 from skylimb.base.record_tree import below, children_of, is_leaf
 from skylimb.base.signals import declared_signals
-from skylimb.base.user_code import UserCode, guarded
+from skylimb.base.user_code import UserCode, guarded, settings_class
 from skylimb.base.user_modules import sources_of_module
 from skylimb.symbolic import is_symbolic, matrix, symbols_are_no_numbers, vector
 
@@ -41,7 +41,8 @@ class UserLaw:
     """
 
     def __init__(self, module: ModuleType, what: str, traced: Iterable[str]) -> None:
-        self.Gains, self.__doc__, self.module, self.what = module.Gains, module.__doc__, module, what
+        self.Gains = settings_class(module.Gains, "Gains", what)
+        self.__doc__, self.module, self.what = module.__doc__, module, what
         self.signals = declared_signals(module, what)
         self.sources = sources_of_module(module)
         self.plain: dict[str, Callable[..., Any]] = {}

@@ -85,6 +85,8 @@ def flight_run(
             ]
         ),
     }
+    if experiment.wrap.radius is not None:
+        said["wrap_radius"] = experiment.wrap.radius
     if CONTACT_STATE in values and CONTACT_REASON in values:
         transitions = contact_transitions(times, values[CONTACT_STATE], values[CONTACT_REASON])
         said["contact_transitions"] = json.dumps(transitions)

@@ -19,10 +19,11 @@ from skylimb.control.controller import (
     Controller,
     controller_from_tables,
     controller_of,
+    kept_by_laws,
     load_controller,
 )
 from skylimb.control.corrections import Calibrated, corrections_of
-from skylimb.control.preset import preset_names
+from skylimb.control.preset import preset_file, preset_names
 from skylimb.control.slots import SLOTS
 from skylimb.flight.experiments.experiment import Experiment, experiment_with, load_experiment, robot_of
 from skylimb.flight.plan import FlightPlan, checked
@@ -92,7 +93,15 @@ PRESET = "preset"
 
 
 def parted(settings: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Settings by dotted key: the experiment's, and the controller's without "controller."."""
+    """Settings by dotted key: the experiment's, and the controller's without "controller.".
+
+    Raises:
+        ConfigError: when they are no mapping, but a list as on the command line.
+    """
+    if not isinstance(settings, Mapping):
+        raise ConfigError(
+            f"set = {shown(settings)} should be a dict of dotted keys, as in set={{'surface.friction': 0.2}}"
+        )
     gains = {key: value for key, value in settings.items() if key.startswith("controller.")}
     rest = {key: value for key, value in settings.items() if key not in gains}
     return rest, {key.removeprefix("controller."): value for key, value in gains.items()}
@@ -128,7 +137,8 @@ def _adapted_preset(
     known = [*preset_names(), *added_names("controllers")]
     if name not in known:
         raise unknown_name(f"controller.{PRESET} of experiment {experiment}", name, known)
-    return load_controller(name, robot, {**flatten(tables), **gains})
+    own = kept_by_laws(flatten(tables), gains, preset_file(name).parent)
+    return load_controller(name, robot, {**own, **gains})
 
 
 def _recorded_controller(

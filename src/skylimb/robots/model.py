@@ -113,8 +113,7 @@ class Robot:
         """
         if is_symbolic(joint_angles, vectoring_angles):
             return self.model(joint_angles, vectoring_angles)
-        q = self._angles("joint_angles", joint_angles, self.n_joints)
-        psi = self._angles("vectoring_angles", vectoring_angles, self.n_vectoring)
+        q, psi = self.checked_angles(joint_angles, vectoring_angles)
         state = self._layout.unpack(self._numbers(q, psi).full().ravel())
         of = state if self.turned is None else self.pairs.at(q, np.zeros(0))
         condition = _condition(of.allocation_C)
@@ -235,12 +234,30 @@ class Robot:
         moved = point, R @ mount.R, ca.jtimes(point, angles, rates), turning
         return ca.Function("imu", [q, psi, rates], list(map(ca.densify, moved)))
 
-    def _angles(self, name: str, value: Any, length: int) -> np.ndarray:
+    def checked_angles(
+        self, joint_angles: Any, vectoring_angles: Any, finite: bool = True
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Joint angles (nq,) and vectoring angles (nv,), rad, as arrays.
+
+        Args:
+            joint_angles: (nq,) q in rad; limits are not checked.
+            vectoring_angles: (nv,) psi in rad.
+            finite: whether each has to be a finite number.
+
+        Raises:
+            ConfigError: the wrong number of angles, or one that is no number.
+        """
+        return (
+            self._angles("joint_angles", joint_angles, self.n_joints, finite),
+            self._angles("vectoring_angles", vectoring_angles, self.n_vectoring, finite),
+        )
+
+    def _angles(self, name: str, value: Any, length: int, finite: bool) -> np.ndarray:
         try:
             angles = np.asarray(value, dtype=float)
         except (TypeError, ValueError):
             raise ConfigError(f"{name} = {value!r} of '{self.name}' must be {length} numbers (rad)") from None
-        if angles.shape != (length,) or not np.all(np.isfinite(angles)):
+        if angles.shape != (length,) or (finite and not np.all(np.isfinite(angles))):
             raise ConfigError(
                 f"{name} = {angles.tolist()} of '{self.name}' must be {length} finite numbers (rad)"
             )

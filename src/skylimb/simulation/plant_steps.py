@@ -128,7 +128,10 @@ class PlantSteps:
             if name not in said:
                 raise UserCodeError(f"{where} gives no '{name}'")
             with UserCode(f"{where}: {name}"):
-                value = np.array(said[name], dtype=float)
+                given = np.asarray(said[name])
+                value = np.array(np.real(given), dtype=float)
+            if np.iscomplexobj(given):
+                raise UserCodeError(f"{where} gives {name} = {said[name]}, which is complex")
             if value.shape != (size,):
                 raise UserCodeError(f"{where} gives {name} the shape {value.shape}; it has ({size},)")
             if not np.isfinite(value).all():

@@ -79,3 +79,27 @@ def test_without_a_reference_of_the_moment_nothing_is_late():
     scores = metrics(drawn(0.6, EVEN).drop_vars("tip_position_reference"))
     assert scores["pen_behind"] is None
     assert "behind" not in scores["checks"]
+
+
+RADIUS = 0.3
+
+
+def around_a_post(turned):
+    """A log of a way once around a post at an even speed, by a pen that is at some angles (2000,), rad."""
+    log = drawn(0.5, EVEN)
+    even = np.linspace(-np.pi, np.pi, 2000)
+    for name, angle in (("tip_position_reference", even), ("tip_position", turned)):
+        points = np.stack([RADIUS * (1.0 - np.cos(angle)), RADIUS * np.sin(angle), 0.0 * angle], axis=1)
+        log[name] = (("time", "axis"), points)
+    return log.assign_attrs(wrap_radius=RADIUS)
+
+
+def test_a_pen_that_stays_before_its_post_does_not_go_around_it():
+    even = np.linspace(-np.pi, np.pi, 2000)
+    before = np.where(abs(even) > 0.5 * np.pi, np.pi - even, even)  # seen from before the post it is the same
+    scores = metrics(around_a_post(before))
+    assert not scores["checks"]["behind"]["kept"]
+    assert scores["pen_behind"] > 0.25
+    late = metrics(around_a_post(even - 0.1))
+    assert late["checks"]["behind"]["kept"]
+    assert late["pen_behind"] == pytest.approx(RADIUS * np.sin(0.1))

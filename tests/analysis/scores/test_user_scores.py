@@ -226,3 +226,19 @@ def test_infinity_is_named() -> None:
         "metric '<lambda>' returned -inf as <lambda>_x; expected a finite number, or NaN where there is none"
     ]
     assert [found.metrics[f"<lambda>_{key}"] for key in "xyz"] == [None, 2.0, None]
+
+
+def hardest(run: Any) -> float:
+    return float(run.log.contact_force_normal.max())
+
+
+@pytest.mark.parametrize(
+    ("use", "told"),
+    [
+        ([hardest], "use: 'hardest' is neither a Python file nor a metric or figure; put @skylimb.metric"),
+        ("mine.py", r"use = 'mine.py' should be a list, as in use=\['mine.py'\]"),
+    ],
+)
+def test_a_function_without_its_decorator_is_named(use: Any, told: str) -> None:
+    with pytest.raises(ConfigError, match=told):
+        load_user_scores(use)

@@ -6,6 +6,7 @@ import pytest
 from made_robots import chain, multirotor
 from skylimb.base.errors import ConfigError, UnreachableError
 from skylimb.control.planning.tip_pose import TipTarget, find_posture, null_space, tip_position
+from skylimb.control.planning.vectoring_step import plan_vectoring
 from skylimb.robots import load_robot
 
 QUAD = load_robot("hydrus_xi_quad")
@@ -92,3 +93,28 @@ def test_a_robot_that_does_not_bend_is_refused(tmp_path):
         find_posture(load_robot(multirotor(tmp_path)), TipTarget(np.zeros(3)))
     with pytest.raises(ConfigError, match="near has 2 angles"):
         find_posture(QUAD, TipTarget(np.zeros(3)), np.zeros(2))
+
+
+@pytest.mark.parametrize(
+    ("target", "told"),
+    [
+        ({"position": [1.0, 0.0]}, r"position = \[1\.0, 0\.0\] .* 3 finite numbers \(m\)"),
+        ({"position": [np.nan, 0.0, 0.0]}, "position = .*nan.* 3 finite numbers"),
+        ({"position": "tip"}, "position = 'tip' of a tip's target"),
+        ({"position": np.zeros(3), "elevation": 45.0}, "elevation = 45 rad .* within -pi/2 and pi/2"),
+        ({"position": np.zeros(3), "elevation": np.nan}, "elevation = nan rad"),
+        ({"position": np.zeros(3), "orientation": np.eye(2)}, "orientation = .* 3 x 3 finite numbers"),
+    ],
+)
+def test_a_target_that_is_none_is_named(target, told):
+    with pytest.raises(ConfigError, match=told):
+        TipTarget(**target)
+
+
+def test_angles_of_another_robot_are_refused():
+    q, psi = QUAD.nominal_posture(), QUAD.description.vectoring_start
+    for given, name in (((q[:2], psi), "joint_angles"), ((q, psi[:1]), "vectoring_angles")):
+        for function in (tip_position, null_space, plan_vectoring):
+            with pytest.raises(ConfigError, match=f"^{name} = .* of 'hydrus_xi_quad' must be"):
+                function(QUAD, *given)
+    assert not plan_vectoring(QUAD, [np.nan, *q[1:]], psi).feasible()

@@ -1,5 +1,8 @@
 """An experiment as its file and what was set otherwise."""
 
+import pytest
+
+from skylimb.base.errors import UnknownNameError
 from skylimb.flight.experiments.experiment import load_experiment
 
 
@@ -17,3 +20,9 @@ def test_a_description_says_what_was_set_otherwise():
     assert load_experiment("paper", many).description.endswith(
         "servo_stiffness_scale, phases.hover and 2 more"
     )
+
+
+def test_a_slots_law_without_its_controller_is_meant() -> None:
+    """As a page's table `[allocation]` has it."""
+    with pytest.raises(UnknownNameError, match=r"did you mean 'controller\.allocation\.law'\?"):
+        load_experiment("paper", {"allocation.law": "bounded"})

@@ -111,6 +111,9 @@ def files(tmp_path):
     half = ball.copy()
     half.update_faces(half.triangles_center[:, 0] < 0.0)
     half.export(tmp_path / "half.stl")
+    (tmp_path / "spoilt.obj").write_text(
+        "v 0 -1 -1\nv 0 1 -1\nv 0 1 1\nv 0 -1 1\nv 0 nan 0\nf 1 2 3\nf 1 3 4\nf 1 2 5\n"
+    )
     (tmp_path / "empty.obj").write_text("# nothing\n")
     (tmp_path / "broken.stl").write_bytes(b"solid rubbish\nfacet")
     stairs = trimesh.util.concatenate(
@@ -126,6 +129,7 @@ def files(tmp_path):
         ("nowhere.stl", {}, ["nowhere.stl", "no such file"]),
         ("empty.obj", {}, ["empty.obj", "empty|cannot be read"]),
         ("broken.stl", {}, ["broken.stl", "empty|cannot be read"]),
+        ("spoilt.obj", {"allow_open": True}, ["not finite numbers, the first is corner 5: [0.0, nan, 0.0]"]),
         ("half.stl", {}, ["half.stl", "open", "surface.allow_open"]),
         ("millimetres.stl", {}, ["millimetres", "surface.scale = 0.001"]),
         ("ball.stl", {"size": [1.1, 1.1]}, ["does not cover", "1.2 m"]),
@@ -139,6 +143,7 @@ def test_bad_meshes_are_named(files, name, more, words):
     for word in words:
         assert any(option in str(caught.value) for option in word.split("|")), str(caught.value)
     assert "\n" not in str(caught.value)
+    assert str(caught.value).count("mesh '") == 1
 
 
 def test_an_open_sheet_is_welcome_when_asked_for(files):

@@ -142,6 +142,10 @@ MISTAKES = {
         "def height(u, v, keys): return 0.1 * u",
         ["every surface has 'size'"],
     ),
+    "keys": (
+        "class Keys:\n    rise = 1.0\ndef height(u, v, keys): return 0.1 * u",
+        ["surface 'wall.py': Keys should be a class with @configuration", "a class Keys without it"],
+    ),
     "half": (
         "def closest(point, keys): return point",
         ["closest should return foot and normal", "returned 3"],

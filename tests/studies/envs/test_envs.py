@@ -217,6 +217,67 @@ def test_thrusts_that_are_too_small_lose_the_flight() -> None:
     assert np.isfinite(shown).all()
 
 
+@pytest.mark.parametrize("robot", ["tilted_hexarotor", "tiltable_hexarotor"])
+def test_a_robot_without_an_arm_is_commanded_by_its_thrusts(robot: str) -> None:
+    made = FlightEnv(actions="commands", set={"robot": robot}, duration=0.5, draws=1)
+    assert {name.partition("_")[0] for name in made.fleet.actions.names} == {"thrust"}
+    made.reset(seed=0)
+    _, _, lost, over, _ = flown(made, neutral(made), 25)
+    assert over
+    assert not lost
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"draw": -1}, "draw = -1 is outside of 0"),
+        ({"draw": 3.7}, "draw = 3.7 has the wrong type: expected a whole number"),
+        ({"draw": "x"}, "draw"),
+        ({"drew": 3}, "unknown key 'drew'; did you mean 'draw'"),
+    ],
+)
+def test_options_of_reset_that_are_none_are_refused(env: FlightEnv, options: Any, words: str) -> None:
+    with pytest.raises(ConfigError, match=words):
+        env.reset(options=options)
+
+
+def test_each_environment_of_a_vector_may_be_told_its_draw() -> None:
+    made = FlightVectorEnv(2, duration=0.5, **VARIED)
+    assert list(made.reset(seed=1, options={"draw": 2})[1]["draw"]) == [2, 2]
+    assert list(made.reset(seed=1, options={"draw": [1, 0]})[1]["draw"]) == [1, 0]
+    own = made.reset(seed=1)[1]["draw"][1]
+    assert list(made.reset(seed=1, options={"draw": [1, None]})[1]["draw"]) == [1, own]
+    with pytest.raises(ConfigError, match=r"draw has 1 values; 2 are needed"):
+        made.reset(options={"draw": [1]})
+    for seeds in ([1], [1, 2, 3]):
+        with pytest.raises(ConfigError, match=f"seed has {len(seeds)} values; 2 are needed"):
+            made.reset(seed=seeds)
+
+
+def test_nothing_is_stepped_before_a_reset_or_after_the_end() -> None:
+    made = FlightEnv(duration=0.1, draws=1)
+    with pytest.raises(ConfigError, match="no episode goes on"):
+        made.step(neutral(made))
+    made.reset(seed=0)
+    assert flown(made, neutral(made), 5)[3]
+    with pytest.raises(ConfigError, match="no episode goes on"):
+        made.step(neutral(made))
+    with pytest.raises(ConfigError, match="no episode goes on"):
+        FlightVectorEnv(2, duration=0.1, draws=1).step(np.zeros((2, 3)))
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_a_term_that_is_no_finite_number_is_named(value: float) -> None:
+    @reward
+    def endless(seen: Any) -> Any:
+        return np.full(len(seen.lost), value)
+
+    made = FlightEnv(rewards={"endless": 1.0}, duration=0.5, draws=1)
+    made.reset(seed=0)
+    with pytest.raises(UserCodeError, match=f"reward 'endless' returned {value}, no finite number"):
+        made.step(neutral(made))
+
+
 def test_a_term_of_ones_own_is_paid_and_its_mistakes_are_named() -> None:
     @reward
     def height(seen: Any) -> Any:
@@ -252,7 +313,12 @@ def test_a_term_of_ones_own_is_paid_and_its_mistakes_are_named() -> None:
         ({"actions": "gains", "gains": {"translation.force": (-5.0, 1.0)}}, ConfigError, "translation.force"),
         ({"vary": {"surface.frictoin": {"uniform": [0.1, 0.2]}}}, UnknownNameError, "friction"),
         ({"signals": ("contact_forse",)}, UnknownNameError, "did you mean 'contact_force'"),
-        ({"count": 0}, ConfigError, "at least 1"),
+        ({"count": 0}, ConfigError, "num_envs = 0 is outside of 1"),
+        ({"count": 2.5}, ConfigError, "num_envs = 2.5 has the wrong type: expected a whole number"),
+        ({"threads": 0}, ConfigError, "threads = 0 is outside of 1"),
+        ({"threads": "3"}, ConfigError, "threads = '3' has the wrong type"),
+        ({"set": {"stop_at": 0.5}}, ConfigError, "stop_at is what duration says"),
+        ({"observations": "signals"}, ConfigError, "signals is empty"),
     ],
 )
 def test_what_cannot_be_set_is_refused(settings: dict[str, Any], error: type[Exception], words: str) -> None:

@@ -17,6 +17,9 @@ from skylimb.analysis.scores.board import board_of, nominal_path, on_board, stro
 _FLAT = 0.8
 """Inches: a panel that is no taller has room for two numbers beside it."""
 
+_SLIMMEST = 0.25
+"""What is drawn of a straight line's breadth, as a share of its length: room for the numbers beside it."""
+
 
 @style.styled
 def pen_traces(runs: Mapping[str, Run]) -> Figure:
@@ -33,6 +36,7 @@ def pen_traces(runs: Mapping[str, Run]) -> Figure:
     everything = [line for nominal, traces in drawn.values() for line in (nominal, *traces)]
     across = style.limits([line[:, 0] for line in everything])
     upward = style.limits([line[:, 1] for line in everything])
+    across, upward = _at_least(across, _SLIMMEST, upward), _at_least(upward, _SLIMMEST, across)
     rows, columns = style.panels(len(runs))
     wide = style.WIDTH * max(columns, 2) / 4
     tall = min((wide / columns - 0.4) * (upward[1] - upward[0]) / (across[1] - across[0]), 4.0)
@@ -62,6 +66,12 @@ def pen_traces(runs: Mapping[str, Run]) -> Figure:
         ],
     )
     return figure
+
+
+def _at_least(limits: tuple[float, float], share: float, of: tuple[float, float]) -> tuple[float, float]:
+    """Limits widened about their middle to a share of the length of others."""
+    middle, half = 0.5 * (limits[0] + limits[1]), 0.5 * max(limits[1] - limits[0], share * (of[1] - of[0]))
+    return middle - half, middle + half
 
 
 def _lines(log: xr.Dataset) -> tuple[np.ndarray, list[np.ndarray]]:

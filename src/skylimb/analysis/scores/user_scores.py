@@ -94,11 +94,19 @@ def load_user_scores(use: Iterable[str | Path | ModuleType | UserScore]) -> list
     Raises:
         ConfigError: when a file cannot be used, has neither, or has a metric that cannot be one.
     """
+    if isinstance(use, str | Path):
+        raise ConfigError(f"use = '{use}' should be a list, as in use=['{use}']")
     found: list[UserScore] = []
     for item in use:
         if isinstance(item, Metric | UserFigure):
             found.append(item)
             continue
+        if not isinstance(item, str | Path | ModuleType):
+            name = getattr(item, "__name__", repr(item))
+            raise ConfigError(
+                f"use: '{name}' is neither a Python file nor a metric or figure; put @skylimb.metric or "
+                "@skylimb.figure above it"
+            )
         module = item if isinstance(item, ModuleType) else load_module(metric_file(item), ())
         here = [value for value in vars(module).values() if isinstance(value, Metric | UserFigure)]
         if not here:

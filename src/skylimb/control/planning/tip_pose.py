@@ -24,6 +24,7 @@ from skylimb.robots.starts import evenly
 _STARTS = 8
 _ITERATIONS = 200
 _NEAR = 1e-6
+_UPRIGHT = 0.5 * math.pi + 1e-9
 _HAND = 0.1
 """Origins of joints that are closer than this are one place, m."""
 
@@ -47,15 +48,35 @@ class TipTarget:
     clearance: float = 0.0
     orientation: np.ndarray | None = None
 
+    def __post_init__(self) -> None:
+        """Refuse what is no place, no angle or no orientation."""
+        _require("position", self.position, (3,), "numbers (m)")
+        if self.orientation is not None:
+            _require("orientation", self.orientation, (3, 3), "numbers")
+        if self.elevation is not None and not abs(self.elevation) <= _UPRIGHT:
+            raise ConfigError(
+                f"elevation = {self.elevation:g} rad of a tip's target must be within -pi/2 and pi/2"
+            )
+
+
+def _require(name: str, value: Any, shape: tuple[int, ...], what: str) -> None:
+    try:
+        given = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        given = None
+    if given is None or given.shape != shape or not np.all(np.isfinite(given)):
+        size, told = " x ".join(map(str, shape)), value if given is None else given.tolist()
+        raise ConfigError(f"{name} = {told!r} of a tip's target must be {size} finite {what}")
+
 
 def tip_position(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> np.ndarray:
     """Where the tip is, as `TipTarget.position` counts: (3,), m."""
-    return _geometry(robot)(joint_angles, vectoring_angles)[0].full().ravel()
+    return _geometry(robot)(*robot.checked_angles(joint_angles, vectoring_angles))[0].full().ravel()
 
 
 def tip_jacobian(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> np.ndarray:
     """Derivative of `tip_position` by the joint angles: (3, nq), m/rad."""
-    return _geometry(robot)(joint_angles, vectoring_angles)[3].full()
+    return _geometry(robot)(*robot.checked_angles(joint_angles, vectoring_angles))[3].full()
 
 
 def null_space(robot: Robot, joint_angles: np.ndarray, vectoring_angles: np.ndarray) -> np.ndarray:
@@ -85,9 +106,10 @@ def find_posture(
     if robot.n_joints == 0:
         raise ConfigError(f"'{robot.name}' has no bending joints: its tip stays where it is")
     near = robot.nominal_posture() if near is None else np.asarray(near, dtype=float)
-    psi = robot.description.vectoring_start if vectoring_angles is None else np.asarray(vectoring_angles)
     if near.shape != (robot.n_joints,):
         raise ConfigError(f"near has {near.size} angles; '{robot.name}' has {robot.n_joints} bending joints")
+    held = robot.description.vectoring_start if vectoring_angles is None else vectoring_angles
+    near, psi = robot.checked_angles(near, held)
     lower, upper = (np.clip(limit, -math.pi, math.pi) for limit in robot.joint_limits())
     position = np.asarray(target.position, dtype=float)
     wanted = np.eye(3) if target.orientation is None else np.asarray(target.orientation, dtype=float)

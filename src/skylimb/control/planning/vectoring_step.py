@@ -99,8 +99,15 @@ def plan_vectoring(robot: Robot, joint_angles: Any, before: Any, step: float = S
         joint_angles: q, rad, (nq,): as commanded now.
         before: psi, rad, (nv,): of the plan before.
         step: greatest move of an angle, rad.
+
+    Returns:
+        Of angles that are no finite numbers a plan that is not feasible.
+
+    Raises:
+        ConfigError: the wrong number of angles.
     """
-    angles, margin, tilt = planning_function(robot)(joint_angles, before, step)
+    q, psi = robot.checked_angles(joint_angles, before, finite=False)
+    angles, margin, tilt = planning_function(robot)(q, psi, step)
     return Planned(angles.full().ravel(), float(margin), float(tilt))
 
 
@@ -170,9 +177,11 @@ def first_vectoring(robot: Robot, joint_angles: Any = None) -> Planned:
         joint_angles: q, rad, (nq,); the nominal posture by default.
 
     Raises:
+        ConfigError: the wrong number of angles, or one that is no finite number.
         AllocationError: no angles let it hover within the thrusts' limits.
     """
-    q = robot.nominal_posture() if joint_angles is None else np.asarray(joint_angles, dtype=float)
+    given = robot.nominal_posture() if joint_angles is None else joint_angles
+    q, _ = robot.checked_angles(given, robot.description.vectoring_start)
     best = _first(robot, tuple(q.tolist()))
     if best is None:
         raise AllocationError(

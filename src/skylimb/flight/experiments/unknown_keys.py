@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from skylimb.base.errors import UnknownNameError, nearest, unknown_name
-from skylimb.control.slots import shipped_gains
+from skylimb.control.slots import SLOTS, shipped_gains
 
 
 def unknown_key(
@@ -35,7 +35,7 @@ def unknown_key(
 
 def _meant(key: str, whole: list[str]) -> list[str]:
     """Keys of experiments and controllers that end in `key`; those that are spelled alike where none do."""
-    gains = [f"controller.{name}" for name in shipped_gains()]
+    gains = [f"controller.{name}" for name in (*shipped_gains(), *(f"{slot}.law" for slot in SLOTS))]
     found = [name for name in dict.fromkeys([*whole, *gains]) if name.endswith(f".{key}")]
     if found:
         return found

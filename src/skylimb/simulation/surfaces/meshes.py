@@ -77,8 +77,6 @@ class MeshSurface(CurvedSurface):
         corners = np.asarray(mesh.triangles, dtype=float)
         if not len(corners) or not float(mesh.area) > 0.0:
             raise ConfigError(f"{name} is empty: it has no triangle with an area")
-        if not np.isfinite(corners).all():
-            raise ConfigError(f"{name} has corners that are not finite numbers")
         if not (self.allow_open or mesh.is_watertight):
             raise ConfigError(
                 f"{name} is open (it has a border or a hole): close it, "
@@ -101,14 +99,15 @@ class MeshSurface(CurvedSurface):
         # Twice as fine as the spline's grid, so that every other point is a check that the spline did not
         # see.
         u, v = ((np.arange(2 * n - 1) - (n - 1)) * 0.5 * self.resolution for n in count)
+        triangles = self.triangles
         try:
-            front = front_heights(self.triangles, u, v)
+            front = front_heights(triangles, u, v)
         except ConfigError as error:
             raise ConfigError(f"{name}: {error}") from None
         missing = np.argwhere(np.isnan(front))
         if len(missing):
             i, j = missing[len(missing) // 2]
-            box = np.ptp(self.triangles, axis=(0, 1))
+            box = np.ptp(triangles, axis=(0, 1))
             raise ConfigError(
                 f"{name} does not cover surface.size = {self.size[0]:g} m x {self.size[1]:g} m: "
                 f"there is nothing at u = {u[i]:.3g} m, v = {v[j]:.3g} m; "
@@ -153,9 +152,22 @@ def _read(file: str, name: str) -> tuple[Any, tuple[Source, ...]]:
         raise ConfigError(f"{name}: cannot read a '.{kind}' file; these are known: {', '.join(_KINDS)}")
     try:
         mesh = trimesh.load_mesh(
-            io.BytesIO(source.content), file_type=kind, resolver=Recorded(str(source.path))
+            io.BytesIO(source.content),
+            file_type=kind,
+            resolver=Recorded(str(source.path)),
+            process=False,
         )
+        corners = np.asarray(mesh.vertices, dtype=float)
+        if not np.isfinite(corners).all():
+            bad = int(np.argwhere(~np.isfinite(corners))[0][0])
+            raise ConfigError(
+                f"{name} has corners that are not finite numbers, the first is corner {bad + 1}: "
+                f"{corners[bad].tolist()}"
+            )
+        mesh.process()  # which leaves such corners out, and their triangles, without a word
         return mesh, tuple(read)
+    except ConfigError:
+        raise
     except Exception as error:  # trimesh raises whatever its readers do
         message = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise ConfigError(f"{name} cannot be read: {message}") from error

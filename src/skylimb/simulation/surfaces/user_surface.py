@@ -31,7 +31,7 @@ from skylimb.base.keys import Key, configuration
 from skylimb.base.keys.fields import fields_of
 from skylimb.base.packing import Layout
 from skylimb.base.sources import Source, read_source
-from skylimb.base.user_code import UserCode
+from skylimb.base.user_code import UserCode, settings_class
 from skylimb.base.user_modules import load_module, sources_of_module
 from skylimb.control.user_functions import traceable
 from skylimb.simulation.surfaces.curved import CurvedSurface
@@ -118,7 +118,7 @@ def _kind(module: ModuleType, what: str) -> type[UserSurface]:
     members["__doc__"] = module.__doc__
     with UserCode(what):
         keys = getattr(module, "Keys", None)
-        fields = () if keys is None else dataclasses.fields(keys)
+        fields = () if keys is None else dataclasses.fields(settings_class(keys, "Keys", what))
         for field in (field for field in fields if field.init):
             if hasattr(UserSurface, field.name):
                 raise UserCodeError(f"{what}: every surface has '{field.name}': give this key another name")

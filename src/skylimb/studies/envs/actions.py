@@ -169,7 +169,8 @@ class Direct:
         self, gains: Any, state: Any, measurement: Measurement, reference: Reference, dt: float
     ) -> tuple[Any, Command, dict[str, Any]]:
         """The command that the gains are."""
-        joints = reference.joint_angles + gains.bend
+        # No symbol is added to nothing: a robot without an arm has no joints.
+        joints = reference.joint_angles + gains.bend if self._robot.n_joints else reference.joint_angles
         command = Command(gains.thrusts, joints, reference.vectoring_angles)
         return state, from_pairs(self._robot, command), {}
 
@@ -184,7 +185,7 @@ def commands(takeoff: Takeoff, bend: float) -> Numbers:
     low = np.array([*(rotor.thrust_min for rotor in rotors), *[-bend] * joints])
     high = np.array([*(rotor.thrust_max for rotor in rotors), *[bend] * joints])
     names = *(f"thrust_{rotor.name}" for rotor in rotors), *(f"bend_{i}" for i in range(joints))
-    columns = np.r_[layout.slices["thrusts"], layout.slices["bend"]]
+    columns = np.r_[layout.slices["thrusts"], layout.slices.get("bend", slice(0, 0))]
     return Numbers(columns, low, high, names, layout.pack(takeoff.controller.gains())[columns])
 
 

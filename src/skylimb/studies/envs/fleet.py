@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from skylimb.base.config import from_mapping
 from skylimb.base.errors import ConfigError
+from skylimb.base.keys import Key, configuration
 from skylimb.flight.drivers.native.lockstep import LockStep
 from skylimb.flight.experiments.experiment import robot_of
 from skylimb.flight.takeoff import Takeoff, prepare
@@ -20,6 +21,14 @@ from skylimb.studies.envs.actions import actions_of, controller_of
 from skylimb.studies.envs.observations import Observations
 from skylimb.studies.envs.rewards import Seen, term
 from skylimb.studies.envs.tasks import EnvSettings
+
+
+@configuration
+class Size:
+    """How many environments fly, and on how many threads."""
+
+    num_envs: Annotated[int, Key("", "environments that fly together", low=1, high=100_000)]
+    threads: Annotated[int, Key("", "on which they fly", low=1, high=1024)]
 
 
 @dataclass(frozen=True)
@@ -62,8 +71,8 @@ class Fleet:
     """
 
     def __init__(self, count: int = 1, threads: int = 1, **settings: Any) -> None:
-        if count < 1:
-            raise ConfigError(f"an environment for {count} flights; at least 1 is needed")
+        size = from_mapping(Size, {"num_envs": count, "threads": threads}, "environment")
+        count, threads = int(size.num_envs), int(size.threads)
         self.settings = from_mapping(EnvSettings, settings, "environment")
         self._campaign = freeze(self.settings.spec())
         self._known: dict[int, tuple[Draw, Takeoff]] = {}

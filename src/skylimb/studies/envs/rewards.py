@@ -124,4 +124,6 @@ def term(name: str, seen: Seen) -> np.ndarray:
         raise UserCodeError(
             f"reward '{name}' should return numbers of shape {wanted}; it returned {found.shape}"
         )
+    if not np.isfinite(found).all():
+        raise UserCodeError(f"reward '{name}' returned {found[~np.isfinite(found)][0]}, no finite number")
     return found

@@ -111,6 +111,13 @@ class EnvSettings:
                 f"actions = '{self.actions}' and gains = {sorted(self.gains)} do not go together: gains that "
                 "are acted on have a range each, as in gains={'translation.force': (0.5, 2.0)}"
             )
+        if "stop_at" in self.set:
+            raise ConfigError("set: stop_at is what duration says of an environment; set duration")
+        if self.observations == "signals" and not self.signals:
+            raise ConfigError(
+                "observations = 'signals' shows nothing but signals, and signals is empty: name what is "
+                "shown, as in signals=['contact_force']"
+            )
         for name, (low, high) in self.gains.items():
             if not low < high:
                 raise ConfigError(
