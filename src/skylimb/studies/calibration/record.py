@@ -21,6 +21,7 @@ from skylimb.studies.calibration.log import (
     columns_of,
     free_pieces,
     fresh_frames,
+    require_believable,
 )
 from skylimb.studies.calibration.mechanics import mechanics
 from skylimb.studies.calibration.steps import Steps
@@ -193,6 +194,7 @@ def record_of(run: Run, robot: Robot) -> Record:
     """
     columns, dt = columns_of(run, robot)
     fresh = fresh_frames(columns, dt)
+    require_believable(run, robot, dt)
     pieces = free_pieces(run, dt)
     # Where there is no frame, any pose will do.
     position = np.where(fresh[:, None], columns[POSITION], 0.0)
