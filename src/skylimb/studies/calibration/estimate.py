@@ -114,7 +114,7 @@ def estimate(record: Record) -> Estimate:
     theta, along = _by_latency(fit, theta, noise)
     known = fit.filtered(theta, noise)
     predicted = fit.predicted(theta, known)
-    information, covariance = covariance_of(fit, predicted, along)
+    information, covariance = covariance_of(fit, predicted, fit.predicted(theta, known, chord=True), along)
     frames = [one.residuals.any(axis=1) for one in known]
     before = fit.filtered(centers(fit.parameters), noise)
     times = [
