@@ -137,5 +137,9 @@ def test_a_bag_is_read_as_its_log_is(flown: skylimb.Run, tmp_path: Path) -> None
         read = flight_of(tmp_path / name)
         assert read.log.drop_attrs().identical(flown.log.drop_attrs())
         assert robot_of(read).name == "hydrus_xi_quad"
+    table = tmp_path / "flown.csv"
+    table.write_text("time,thrust\n0.0,1.0\n")
+    with pytest.raises(OutputError, match=r"flown\.csv' is not a readable NetCDF-4 file"):
+        skylimb.calibrate(table)
     with pytest.raises(OutputError, match=r"'none\.mcap' does not exist"):
         skylimb.calibrate("none.mcap")

@@ -81,14 +81,15 @@ def _loaded(path: Path) -> Run:
 
 
 def is_log(what: Any) -> bool:
-    """Whether this names a log or a folder, which is to have one, and no experiment."""
+    """Whether this names a log, a folder, which is to have one, or any other file but an experiment's."""
     if isinstance(what, Experiment):
         return False
     path = Path(what)
     if path.suffix in ENDINGS or (path / LOG_FILE).is_file():
         return True
     # A folder may be called like an experiment.
-    return path.is_dir() and str(what) not in (*experiment_names(), *added_names("experiments"))
+    known = (*experiment_names(), *added_names("experiments"))
+    return path.exists() and path.suffix != ".toml" and str(what) not in known
 
 
 def robot_of(flown: Run) -> Robot:
