@@ -11,10 +11,11 @@ import pytest
 import xarray as xr
 
 import skylimb
+from skylimb.analysis.exchange.convert import write_log
 from skylimb.apps.cli.main import main
-from skylimb.base.errors import ConfigError
+from skylimb.base.errors import ConfigError, OutputError
 from skylimb.robots.model import Robot
-from skylimb.studies.calibration.public import calibration_from
+from skylimb.studies.calibration.public import calibration_from, flight_of, robot_of
 
 
 def _nan(name: str) -> Callable[[xr.Dataset], xr.Dataset]:
@@ -55,6 +56,19 @@ def _in(name: str, unit: str) -> Callable[[xr.Dataset], xr.Dataset]:
     return lambda log: log.assign({name: log[name].assign_attrs(units=unit)})
 
 
+def _made(name: str, change: Callable[[np.ndarray], np.ndarray]) -> Callable[[xr.Dataset], xr.Dataset]:
+    return lambda log: log.assign({name: (log[name].dims, change(log[name].values), log[name].attrs)})
+
+
+def _timed(change: Callable[[np.ndarray], np.ndarray]) -> Callable[[xr.Dataset], xr.Dataset]:
+    return lambda log: log.assign_coords(time=("time", change(log.time.values.copy())))
+
+
+def _unknown_at_2_s(times: np.ndarray) -> np.ndarray:
+    times[400] = np.nan
+    return times
+
+
 def _touching(log: xr.Dataset) -> xr.Dataset:
     values = log["contact"].values.copy()
     values[900] = 1.0
@@ -72,6 +86,22 @@ BAD: dict[str, tuple[Callable[[xr.Dataset], xr.Dataset], str]] = {
     "still": (_still, "excites nothing"),
     "unit": (_in("thrusts_command", "g"), "is in 'g'"),
     "grams": (_scaled("thrusts_command", 101.97), "another unit"),
+    "unsorted": (
+        lambda log: log.isel(time=np.r_[0:900, 500:2000]),
+        "does not rise: 2.5 s comes after 4.495 s",
+    ),
+    "backwards": (lambda log: log.isel(time=slice(None, None, -1)), "the time of the log does not rise"),
+    "twice": (lambda log: log.isel(time=np.repeat(np.arange(2000), 2)), "0 s comes after 0 s"),
+    "unknown time": (_timed(_unknown_at_2_s), "nan s comes after 1.995 s"),
+    "milliseconds": (_timed(lambda times: 1e3 * times), "is its time in seconds?"),
+    "every other command": (
+        lambda log: log.isel(time=slice(0, None, 2)),
+        "a row every 0.01 s, and its controller commanded every 0.005 s",
+    ),
+    "no pose": (_scaled("root_position_measured", np.nan), "without a frame"),
+    "millimetres": (_made("root_position_measured", lambda p: 1e3 * p), "millimetres?"),
+    "degrees": (_made("joint_angles_measured", np.degrees), "degrees?"),
+    "x y z w": (_made("root_quaternion_measured", lambda q: np.roll(q, -1, axis=1)), "x y z w in place of"),
     "quaternion": (_scaled("root_quaternion_measured", 2.0), "no unit quaternion"),
     "other robot": (lambda log: log.assign_attrs(robot="dragon"), "of robot 'dragon'"),
     "lost": (lambda log: log.assign_attrs(status="FAILED", cause="lost height"), "was lost (lost height)"),
@@ -99,3 +129,17 @@ def test_nothing_is_written(flown: skylimb.Run, tmp_path: Path, capsys: pytest.C
 def test_settings_belong_to_a_flight_that_is_flown(flown: skylimb.Run) -> None:
     with pytest.raises(ConfigError, match="has its seed and its settings already"):
         skylimb.calibrate(flown, seed=3)
+
+
+def test_a_bag_is_read_as_its_log_is(flown: skylimb.Run, tmp_path: Path) -> None:
+    for name in ("flown.nc", "flown.bag", "flown.mcap"):
+        write_log(flown, tmp_path / name)
+        read = flight_of(tmp_path / name)
+        assert read.log.drop_attrs().identical(flown.log.drop_attrs())
+        assert robot_of(read).name == "hydrus_xi_quad"
+    table = tmp_path / "flown.csv"
+    table.write_text("time,thrust\n0.0,1.0\n")
+    with pytest.raises(OutputError, match=r"flown\.csv' is not a readable NetCDF-4 file"):
+        skylimb.calibrate(table)
+    with pytest.raises(OutputError, match=r"'none\.mcap' does not exist"):
+        skylimb.calibrate("none.mcap")

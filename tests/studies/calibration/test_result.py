@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import skylimb
 from skylimb.analysis.recording.run import Run
 from skylimb.apps.cli import main
 from skylimb.base.errors import OutputError
@@ -18,6 +19,7 @@ from skylimb.control.calibration_date import age_of
 from skylimb.control.corrections import read_corrections
 from skylimb.robots.model import Robot
 from skylimb.studies.calibration.parameters import centers, scaled, slices, spreads
+from skylimb.studies.calibration.public import calibration_from
 from skylimb.studies.calibration.report import write_calibration
 from skylimb.studies.calibration.result import Calibration
 
@@ -62,6 +64,17 @@ def test_nothing_is_corrected_by_what_the_flight_did_not_show(made: Calibration)
     assert poor.corrections.latency == -1.0
     assert poor.tables["latency"]["value"] == estimate.value[hidden]
     assert poor.corrections.rotor_lag == poor.used[beside]
+
+
+def test_a_number_known_to_a_third_of_what_was_unknown_corrects_nothing(made: Calibration) -> None:
+    """With a latency known to a half the line of `following` was up to twice as far off as without."""
+    spread, at = spreads(made.estimate.parameters), slices(made.estimate.parameters)
+    for part, used in ((0.33, False), (0.2, True)):
+        covariance = np.diag((0.01 * spread) ** 2)
+        hidden = at["latency"].start
+        covariance[hidden, hidden] = (part * spread[hidden]) ** 2
+        poor = replace(made, estimate=replace(made.estimate, covariance=covariance))
+        assert (poor.corrections.latency >= 0.0) is used
 
 
 def test_the_map_of_information(made: Calibration) -> None:
@@ -122,12 +135,24 @@ def test_a_folder_without_a_log_is_no_experiment(tmp_path: Path, capsys: pytest.
     assert not (tmp_path / "made").exists()
 
 
-def test_pushes_that_nothing_explains_are_told(made: Calibration) -> None:
+def test_pushes_that_nothing_explains_are_told(made: Calibration, short: dict[str, Any]) -> None:
     """With air drag the residuals are as small as noise, as the level of the pushes is fitted."""
     assert not made.estimate.pushed
     assert made.verdict.endswith("What is left is the sensors' noise.")
+    drags = skylimb.calibrate("calibration", set={**short, "plant.rotor_drag": 0.3})
+    assert drags.left == pytest.approx(1.0, abs=0.1)
+    assert drags.estimate.pushed
+    assert "noise and pushes that nothing explains" in drags.verdict
+    assert f"{drags.estimate.noise.push:.2g} m/s^2" in drags.verdict
+
+
+def test_a_level_of_pushes_that_a_short_flight_does_not_tell_is_not_told(flown: Run, robot: Robot) -> None:
+    """Of some seconds a level ten times the least was taken for pushes, though the least is as likely."""
+    begin = int(np.argmax(flown.log.time.values > 4.0))
+    some = replace(flown, log=flown.log.isel(time=slice(begin, begin + 1100)))
+    made = calibration_from(some, robot)
+    assert not made.estimate.pushed
     noise = made.estimate.noise
-    for one in (noise._replace(push=0.016), noise._replace(turn=0.005)):
-        pushed = replace(made, estimate=replace(made.estimate, noise=one))
-        assert "noise and pushes that nothing explains" in pushed.verdict
-        assert f"{one.push:.2g} m/s^2" in pushed.verdict
+    unsure = replace(made.estimate, noise=noise._replace(push=10.0 * noise.push, turn=10.0 * noise.turn))
+    assert "nothing explains" not in replace(made, estimate=unsure).verdict
+    assert "nothing explains" in replace(made, estimate=replace(unsure, unpushed=30.0)).verdict

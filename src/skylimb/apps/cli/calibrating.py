@@ -11,7 +11,7 @@ from skylimb.apps.cli.options import Out, Seed, Settings, new_folder, stem
 
 def calibrate(
     what: Annotated[
-        str, arg("An experiment to fly, or a log.nc or the folder that holds one.", "EXPERIMENT|LOG")
+        str, arg("An experiment to fly, or a run's folder, or a .nc, .bag or .mcap file.", "EXPERIMENT|LOG")
     ] = "calibration",
     *,
     seed: Seed = None,
@@ -48,4 +48,6 @@ def calibrate(
     last = 7 if known else 5
     output.show_table([row[:last] for row in rows], *columns[:last])
     print(made.verdict)
+    for note in flown.notes:
+        print(f"note: {note}")
     output.places(folder)

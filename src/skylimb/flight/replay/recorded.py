@@ -61,6 +61,18 @@ class Recorded:
         return Measurement(*(part[k].copy() for part in others), imu=felt)
 
 
+def require_rising(times: np.ndarray) -> None:
+    """Check that every row of a log is later than the one before.
+
+    Raises:
+        ConfigError: naming the first that is not, or whose time is no number.
+    """
+    (wrong,) = np.nonzero(~(np.diff(times) > 0.0))
+    if len(wrong):
+        before, after = times[wrong[0]], times[wrong[0] + 1]
+        raise ConfigError(f"the time of the log does not rise: {after:g} s comes after {before:g} s")
+
+
 def sampled(log: xr.Dataset, period: float) -> tuple[xr.Dataset, tuple[str, ...]]:
     """The log at every control tick: at each the last row before it, so that nothing looks into the future.
 
@@ -75,8 +87,9 @@ def sampled(log: xr.Dataset, period: float) -> tuple[xr.Dataset, tuple[str, ...]
         ConfigError: when the log has less than two rows, its time does not rise, or its rate is too low.
     """
     times = np.asarray(log.time.values, dtype=float)
-    if len(times) < 2 or not np.all(np.diff(times) > 0.0):
-        raise ConfigError(f"a log with {len(times)} rows whose time does not rise cannot be replayed")
+    if len(times) < 2:
+        raise ConfigError(f"a log with {len(times)} of the two rows that it takes cannot be replayed")
+    require_rising(times)
     rate = 1.0 / float(np.median(np.diff(times)))
     if rate < SLOWEST:
         raise ConfigError(

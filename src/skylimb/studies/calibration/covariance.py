@@ -3,7 +3,10 @@
 With the Jacobian J of the whitened residuals, their covariance Sigma of an autoregressive model, and the
 prior's information P, the covariance is
 
-    (J^T J + P)^-1 (J^T Sigma J + P) (J^T J + P)^-1.
+    (J^T J + P)^-1 (J^T Sigma J + P) (J^T J + P)^-1 + e e^T.
+
+How thrusts go between two ticks is not known: the model lets their roots decay, another one the thrusts. e is
+how far the estimate would move with the other one.
 """
 
 from __future__ import annotations
@@ -22,32 +25,37 @@ _ORDER = 6
 
 
 def covariance_of(
-    fit: Fit, predicted: list[Predicted], along: np.ndarray | None
+    fit: Fit, predicted: list[Predicted], otherwise: list[Predicted], along: np.ndarray | None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Information of the record and covariance of the estimate, with the colour of the residuals.
 
     Args:
         fit: to the record.
         predicted: with the estimate.
+        otherwise: the same with the other way of thrusts between two ticks.
         along: how all goes with a standard deviation of a latency that a profile told, (p,).
     """
     at = fit.places["latency"].start
     count = len(spreads(fit.parameters))
     information, coloured = np.zeros((count, count)), np.zeros((count, count))
+    slope = np.zeros(count)
     for channel in range(MEASURED):
         series = [one.residuals[:, channel] for one in predicted]
         model, power = _autoregression(series)
-        for one in predicted:
+        for one, other in zip(predicted, otherwise, strict=True):
             J = one.by_parameters[:, channel, :]
             if along is not None:
                 J = np.where(np.arange(count) == at, 0.0, J)
             information += J.T @ J
+            slope += J.T @ (other.residuals[:, channel] - one.residuals[:, channel])
             # Sigma = power A^-1 A^-T, so that J^T Sigma J needs A^-T J: the filter run backwards.
             backwards = np.asarray(lfilter([1.0], model, J[::-1], axis=0))
             coloured += power * (backwards.T @ backwards)
     prior = np.diag(spreads(fit.parameters) ** -2)
     inverse = np.linalg.inv(information + prior)
     covariance = inverse @ (coloured + prior) @ inverse
+    away = inverse @ slope
+    covariance += np.outer(away, away)
     if along is not None:
         covariance[at] = covariance[:, at] = 0.0
         covariance += np.outer(along, along)

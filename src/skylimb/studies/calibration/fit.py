@@ -32,10 +32,10 @@ class Fit:
         self.predictor = Predictor(record.wheels, robot.mass, root_mass(robot), record.step)
         self.impossible = [np.zeros(len(range(*piece, record.stride)), dtype=bool) for piece in record.pieces]
 
-    def steps(self, theta: np.ndarray) -> list[Steps]:
+    def steps(self, theta: np.ndarray, chord: bool = False) -> list[Steps]:
         """What is known of every step of every piece, frames that cannot be true left out."""
         lag, latency = float(theta[self.places["rotor_lag"]][0]), float(theta[self.places["latency"]][0])
-        made = [self.record.steps(piece, lag, latency) for piece in self.record.pieces]
+        made = [self.record.steps(piece, lag, latency, chord) for piece in self.record.pieces]
         return [
             steps._replace(fresh=steps.fresh * ~bad[:, None])
             for steps, bad in zip(made, self.impossible, strict=True)
@@ -48,11 +48,11 @@ class Fit:
             for steps in self.steps(theta)
         ]
 
-    def predicted(self, theta: np.ndarray, known: list[Filtered]) -> list[Predicted]:
-        """Residuals and derivatives along every piece, the filter's gains held."""
+    def predicted(self, theta: np.ndarray, known: list[Filtered], chord: bool = False) -> list[Predicted]:
+        """Residuals and derivatives along every piece, the filter's gains held; `chord` as `Record.steps`."""
         return [
             self.predictor.predict(steps, theta, self.predictor.start(steps, theta), one)
-            for steps, one in zip(self.steps(theta), known, strict=True)
+            for steps, one in zip(self.steps(theta, chord), known, strict=True)
         ]
 
     def used(self, known: list[Filtered]) -> np.ndarray:

@@ -11,6 +11,8 @@ from scipy.ndimage import median_filter
 from skylimb.analysis.recording.run import Run
 from skylimb.analysis.scores.signals import phase_names, stretches
 from skylimb.base.errors import ConfigError
+from skylimb.flight.replay.doubts import doubts
+from skylimb.flight.replay.recorded import recorded, require_rising
 from skylimb.robots.model import Robot
 
 POSITION, QUATERNION = "root_position_measured", "root_quaternion_measured"
@@ -27,6 +29,9 @@ SHORTEST_PIECE = 2.0
 
 SHORTEST = 5.0
 """Least time of a flight that says anything, s."""
+
+LONGEST_TICK = 0.05
+"""Longest time from row to row, s: the shortest piece and the smoothing of encoders have some rows then."""
 
 MARGIN = 0.25
 """Time at both ends of a piece that is not used, s: angles are smoothed there, and a frame is as old."""
@@ -55,17 +60,7 @@ def columns_of(run: Run, robot: Robot) -> tuple[Columns, float]:
     of = str(log.attrs.get("robot", ""))
     if of != robot.name:
         raise ConfigError(f"the log is of robot '{of}', not of '{robot.name}'")
-    times = np.asarray(log["time"].values, dtype=float)
-    length = float(np.ptp(times)) if len(times) else 0.0
-    if length < SHORTEST:
-        raise ConfigError(f"the log lasts {length:.3g} s; a calibration needs {SHORTEST:g} s at least")
-    dt = float(np.median(np.diff(times)))
-    uneven = np.flatnonzero(np.abs(np.diff(times) - dt) > 0.1 * dt)
-    if len(uneven):
-        begin, end = times[uneven[0]], times[uneven[0] + 1]
-        raise ConfigError(
-            f"the log has a gap: from {begin:.3f} s to {end:.3f} s, where a tick takes {dt:g} s"
-        )
+    dt = _tick(run)
     widths = (3, 4, robot.n_joints, robot.n_vectoring, robot.n_rotors)
     columns = {name: _column(log, name, width) for name, width in zip(UNITS, widths, strict=True)}
     lift = float(np.median(columns[COMMAND].sum(axis=1)))
@@ -75,6 +70,35 @@ def columns_of(run: Run, robot: Robot) -> tuple[Columns, float]:
             "they are in another unit or of another robot"
         )
     return columns, dt
+
+
+def _tick(run: Run) -> float:
+    """Time from row to row, s, of a log whose rows are the control ticks."""
+    times = np.asarray(run.log["time"].values, dtype=float)
+    length = float(np.ptp(times)) if len(times) else 0.0
+    if length < SHORTEST:
+        raise ConfigError(f"the log lasts {length:.3g} s; a calibration needs {SHORTEST:g} s at least")
+    require_rising(times)
+    taken = np.diff(times)
+    dt = float(np.median(taken))
+    uneven = np.flatnonzero(np.abs(taken - dt) > 0.1 * dt)
+    if len(uneven):
+        begin, end = times[uneven[0]], times[uneven[0] + 1]
+        raise ConfigError(
+            f"the log has a gap: from {begin:.3f} s to {end:.3f} s, where a tick takes {dt:g} s"
+        )
+    if dt > LONGEST_TICK:
+        raise ConfigError(
+            f"the log has a row every {dt:g} s; a calibration needs one every {LONGEST_TICK:g} s at least; "
+            "is its time in seconds?"
+        )
+    rate = float(tomllib.loads(run.config).get("controller_rate", 0.0))
+    if rate * dt > 1.1:
+        raise ConfigError(
+            f"the log has a row every {dt:g} s, and its controller commanded every {1.0 / rate:g} s: a "
+            "calibration needs all thrusts that were commanded"
+        )
+    return dt
 
 
 def _column(log: xr.Dataset, name: str, width: int) -> np.ndarray:
@@ -106,7 +130,8 @@ def fresh_frames(columns: Columns, dt: float) -> np.ndarray:
     known = np.isfinite(pose).all(axis=1)
     held = np.concatenate([[False], (np.abs(pose[1:] - pose[:-1]) < _SAME).all(axis=1)])
     fresh = known & ~held
-    fresh[np.flatnonzero(fresh)[_wild(pose[fresh])]] = False
+    if fresh.any():
+        fresh[np.flatnonzero(fresh)[_wild(pose[fresh])]] = False
     frames = np.flatnonzero(fresh)
     longest = float(np.max(np.diff(frames))) if len(frames) > 1 else np.inf
     if longest * dt > LONGEST_BLIND:
@@ -116,6 +141,17 @@ def fresh_frames(columns: Columns, dt: float) -> np.ndarray:
     if np.abs(np.linalg.norm(columns[QUATERNION][fresh], axis=1) - 1.0).max() > 0.01:
         raise ConfigError(f"signal '{QUATERNION}' of the log is no unit quaternion")
     return fresh
+
+
+def require_believable(run: Run, robot: Robot, dt: float) -> None:
+    """Refuse a log that says what no flight can have, most often in another unit than it names.
+
+    Raises:
+        ConfigError: with what it says.
+    """
+    found = list(doubts(recorded(run.log, robot, dt, "torque"), robot))
+    if found:
+        raise ConfigError(f"the log says what no flight can have: {'; '.join(found)}")
 
 
 def _wild(frames: np.ndarray) -> np.ndarray:

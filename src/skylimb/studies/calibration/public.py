@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import dataclasses
+import json
 import tempfile
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from skylimb.analysis.exchange.containers import ENDINGS
+from skylimb.analysis.exchange.convert import read_log
 from skylimb.analysis.recording.origin import TABLE
-from skylimb.analysis.recording.run import LOG_FILE, Run
+from skylimb.analysis.recording.run import LOG_FILE, NOTES, Run
 from skylimb.base.errors import ConfigError, OutputError
 from skylimb.base.plugins import added_names
 from skylimb.flight.experiments.experiment import Experiment, experiment_names
@@ -37,7 +41,8 @@ def calibrate(
 
     Args:
         what: an experiment (a name, a TOML file, or one at hand), which is flown with the controller that it
-            brings along; or a flight that was flown: a `Run`, its log.nc, or the folder that holds it.
+            brings along; or a flight that was flown: a `Run`, a .nc, .bag or .mcap file, or the folder that
+            holds its log.nc.
         seed: of the sensors' noise; the experiment's own when None.
         set: dotted keys of the experiment and new values.
         progress: called with how far the flight is.
@@ -70,18 +75,21 @@ def flight_of(
 def _loaded(path: Path) -> Run:
     if path.is_dir() and not (path / LOG_FILE).is_file():
         raise OutputError(f"folder '{path}' holds no {LOG_FILE}; name a log, or the folder of one flight")
-    return Run.load(path)
+    read = read_log(path)
+    said = json.dumps([*read.run.notes, *read.notes])
+    return dataclasses.replace(read.run, log=read.run.log.assign_attrs({NOTES: said}))
 
 
 def is_log(what: Any) -> bool:
-    """Whether this names a log or a folder, which is to have one, and no experiment."""
+    """Whether this names a log, a folder, which is to have one, or any other file but an experiment's."""
     if isinstance(what, Experiment):
         return False
     path = Path(what)
-    if path.suffix == ".nc" or (path / LOG_FILE).is_file():
+    if path.suffix in ENDINGS or (path / LOG_FILE).is_file():
         return True
     # A folder may be called like an experiment.
-    return path.is_dir() and str(what) not in (*experiment_names(), *added_names("experiments"))
+    known = (*experiment_names(), *added_names("experiments"))
+    return path.exists() and path.suffix != ".toml" and str(what) not in known
 
 
 def robot_of(flown: Run) -> Robot:

@@ -21,12 +21,13 @@ from skylimb.studies.calibration.log import (
     columns_of,
     free_pieces,
     fresh_frames,
+    require_believable,
 )
 from skylimb.studies.calibration.mechanics import mechanics
 from skylimb.studies.calibration.steps import Steps
 
 _LONGEST_STEP = 0.0101
-"""Longest step over which the robot's motion is integrated at once, s."""
+"""Longest step over which the robot's motion is integrated at once, s, unless a tick takes longer."""
 
 _MOST_REGULAR = 0.95
 """Part of the frames that must keep step with the ticks; the others are not used then."""
@@ -94,13 +95,21 @@ class Record:
         by_a = np.asarray(lfilter([0.0, 1.0], [1.0, -a], moved - beside, axis=0))
         return first + moved, by_a * a * self.dt / lag**2
 
-    def steps(self, piece: tuple[int, int], lag: float, latency: float) -> Steps:
-        """What is known of every step of a piece, for these values of lag and latency (s)."""
+    def steps(self, piece: tuple[int, int], lag: float, latency: float, chord: bool = False) -> Steps:
+        """What is known of every step of a piece, for these values of lag and latency (s).
+
+        Args:
+            piece: first and last tick (not included).
+            lag: of the rotors, s.
+            latency: of the frames, s.
+            chord: whether between two ticks thrusts decay, and not their roots; both agree at the ticks.
+                Then the derivatives by the lag are not exact.
+        """
         ticks = np.arange(piece[0], piece[1], self.stride)
         at, step = ticks * self.dt - latency, self.step
         middle, middle_slope = self._between(at + 0.5 * step)
         start, start_slope = self._between(at)
-        low, high = self._integrals(at, lag), self._integrals(at + step, lag)
+        low, high = self._integrals(at, lag, chord), self._integrals(at + step, lag, chord)
         mean = (high.once - low.once) / step
         early = (high.twice - low.twice - step * low.once) / (0.5 * step**2)
         return Steps(
@@ -125,19 +134,20 @@ class Record:
         step = self.flat[tick + 1] - self.flat[tick]
         return self.flat[tick] + part * step, step / self.dt
 
-    def _integrals(self, times: np.ndarray, lag: float) -> _Integrals:
+    def _integrals(self, times: np.ndarray, lag: float, chord: bool) -> _Integrals:
         """The thrusts' first and second integral up to any times, and their derivatives by lag and time."""
         roots, away_lag = self.roots(lag)
         where = np.clip(times / self.dt, 0.0, len(roots) - 1e-9)
         tick = np.floor(where).astype(int)
         command = _root(self.command)
         away = roots - command
-        whole = _within(np.full((len(roots), 1), self.dt), lag, command, away, away_lag)
+        left = float(np.exp(-self.dt / lag)) if chord else None
+        whole = _within(np.full((len(roots), 1), self.dt), lag, command, away, away_lag, left)
         # At the beginning of every tick: what all ticks before it have brought.
         once = _before(whole.once[:2])
         twice = _before(whole.twice[:2] + self.dt * once)
         s = ((where - tick) * self.dt)[:, None]
-        part = _within(s, lag, command[tick], away[tick], away_lag[tick])
+        part = _within(s, lag, command[tick], away[tick], away_lag[tick], left)
         once, twice = once[:, tick], twice[:, tick]
         first = np.concatenate([once + part.once[:2], part.once[2:]])
         second = np.concatenate([twice + once * s + part.twice[:2], first[:1]])
@@ -152,12 +162,22 @@ class _Integrals(NamedTuple):
 
 
 def _within(
-    s: np.ndarray, lag: float, command: np.ndarray, away: np.ndarray, away_lag: np.ndarray
+    s: np.ndarray,
+    lag: float,
+    command: np.ndarray,
+    away: np.ndarray,
+    away_lag: np.ndarray,
+    left: float | None,
 ) -> _Integrals:
-    """Integrals over the first s seconds of a tick, of thrusts (command + away e^(-s / lag))^2."""
+    """Integrals over the first s seconds of a tick, of thrusts (command + away e^(-s / lag))^2.
+
+    With what is left of e^(-s / lag) after a tick, its square is the chord between both ends.
+    """
     even = _decaying(s, lag, command**2, 2.0 * command * away, 2.0 * command * away_lag)
     # The square decays twice as fast, and so by half of the lag.
     square = _decaying(s, 0.5 * lag, 0.0 * away, away**2, 4.0 * away * away_lag)
+    if left is not None:
+        square = _decaying(s, lag, -left * away**2, (1.0 + left) * away**2, 0.0 * away)
     halves = np.array([1.0, 0.5, 1.0])[:, None, None]
     return _Integrals(*(a + halves * b for a, b in zip(even, square, strict=True)))
 
@@ -193,6 +213,7 @@ def record_of(run: Run, robot: Robot) -> Record:
     """
     columns, dt = columns_of(run, robot)
     fresh = fresh_frames(columns, dt)
+    require_believable(run, robot, dt)
     pieces = free_pieces(run, dt)
     # Where there is no frame, any pose will do.
     position = np.where(fresh[:, None], columns[POSITION], 0.0)
