@@ -12,7 +12,9 @@ from types import FrameType
 from typing import Any
 
 import pytest
+import tomli_w
 
+from skylimb.robots.loader import load_robot
 from skylimb.studies.campaign.frozen import Campaign, campaign_from_mapping
 from skylimb.studies.campaign.rows import FAILED, OK, make_row
 from skylimb.studies.campaign.worker import Flown, Job
@@ -58,6 +60,28 @@ def write_spec_to() -> SpecWriter:
 def write_spec(tmp_path: Path) -> SpecWriter:
     """The same into this test's own folder."""
     return partial(_write, tmp_path)
+
+
+@pytest.fixture
+def write_calibration() -> Callable[[Path], Path]:
+    """Writes a calibration.toml of the robot that ships."""
+
+    def write(path: Path) -> Path:
+        description = load_robot("hydrus_xi_quad").description
+        tables = {
+            "format": "skylimb calibration",
+            "robot": description.name,
+            "robot_digest": description.digest,
+            "attitude_misalignment": {"value": [0.01, 0.0, 0.02]},
+            "cog_offset": {"value": [0.01, -0.005, 0.01]},
+            "rotor_scale": {"value": [0.98, 1.0, 1.02, 1.0]},
+            "rotor_lag": {"value": 0.06},
+            "latency": {"value": 0.03},
+        }
+        path.write_text(tomli_w.dumps(tables), "utf-8")
+        return path
+
+    return write
 
 
 def no_flight(text: str, jobs: Sequence[Job]) -> list[Flown]:

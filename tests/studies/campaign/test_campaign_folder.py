@@ -4,7 +4,7 @@ import shlex
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import pyarrow.parquet as pq
@@ -14,7 +14,6 @@ import skylimb
 from skylimb.analysis.recording import Run
 from skylimb.analysis.scores.registry import NUMERIC_KEYS
 from skylimb.apps.cli import main
-from skylimb.base.config import parse_assignment
 from skylimb.base.errors import CompileError, OutputError
 from skylimb.studies.campaign import report_campaign, run_campaign
 from skylimb.studies.campaign.folder import SPEC_FILE, TABLE_FILE, load_campaign
@@ -78,16 +77,39 @@ def test_the_command_of_a_worst_flight_flies_the_same_bits(tmp_path: Path, write
     "plant.cog_offset.0" = { normal = [0.0, 0.001] }
     "plant.rotor_scale" = { normal = [1.0, 0.01], size = 4 }
     "controller.attitude.damping_ratio.2" = { choice = [0.7, 0.9] }
+    "events.0.rotor" = { grid = ["rotor1", "rotor2"] }
     """
-    outcome = run_campaign(write_spec(draws=2, vary=vary), tmp_path / "out", workers=0)
+    spec = write_spec(draws=2, vary=vary)
+    event = (
+        '{ kind = "rotor", time = 0.3, duration = 0.0, latest = 0.6, effectiveness = 0.9, rotor = "rotor1" }'
+    )
+    spec.write_text(spec.read_text().replace("[set]", f"[set]\nevents = [{event}]"))
+    outcome = run_campaign(spec, tmp_path / "out", workers=0)
     text = command(outcome.campaign, outcome.rows[3])
     assert text.startswith("skylimb run paper --controller hybrid --seed ")
-    words = shlex.split(text)
-    settings = dict(parse_assignment(word) for word in words[words.index("--set") + 1 :])
-    run = skylimb.run(words[2], words[4], seed=int(words[6]), set=settings)
-    row = outcome.rows[3]
-    assert run.metrics["tilt_max"] is not None
-    assert {key: run.metrics[key] for key in NUMERIC_KEYS} == {key: row[key] for key in NUMERIC_KEYS}
+    assert _flown_again(text, tmp_path) == _numbers(outcome.rows[3])
+
+
+@pytest.mark.usefixtures("plain_report")
+def test_the_command_of_a_calibrated_flight_flies_the_same_bits(
+    tmp_path: Path, write_spec: SpecWriter, write_calibration: Callable[[Path], Path]
+) -> None:
+    calibration = write_calibration(tmp_path / "my calibration.toml")
+    spec, out = write_spec(draws=1), tmp_path / "out"
+    outcome = skylimb.campaign(spec, out, calibration=calibration, workers=0)
+    plain = skylimb.campaign(spec, tmp_path / "plain", workers=0)
+    again = _flown_again(command(outcome.campaign, outcome.rows[1]), tmp_path)
+    assert again == _numbers(outcome.rows[1]) != _numbers(plain.rows[1])
+
+
+def _numbers(scores: Mapping[str, float]) -> dict[str, float]:
+    return {key: scores[key] for key in NUMERIC_KEYS}
+
+
+def _flown_again(text: str, home: Path) -> dict[str, float]:
+    """The scores of the flight of a command line."""
+    assert main([*shlex.split(text)[1:], "--out", str(home / "again")]) == 0
+    return _numbers(Run.load(home / "again").metrics)
 
 
 def test_flights_that_the_experiment_stops_have_come_to_their_end(

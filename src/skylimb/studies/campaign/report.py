@@ -6,6 +6,7 @@ import json
 import shlex
 from collections.abc import Mapping
 from dataclasses import replace
+from itertools import takewhile
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,7 +18,7 @@ from skylimb.analysis.recording import LOG_FILE, Run
 from skylimb.analysis.scores.axis_names import AxisNames
 from skylimb.analysis.scores.score import Score, grouped
 from skylimb.analysis.viewer.page import viewer_html
-from skylimb.base.config import to_mapping, value_of, write_toml
+from skylimb.base.config import to_mapping, toml_value, value_of, write_toml
 from skylimb.studies.campaign.draws import changed
 from skylimb.studies.campaign.figures import report_figures
 from skylimb.studies.campaign.folder import log_name
@@ -136,8 +137,8 @@ def command(campaign: Campaign, row: Row) -> str:
     for key in (*campaign.spec.set, *drawn.values):
         if key in others:
             continue
-        # An entry of a list is set through its whole list.
-        whole = key.rpartition(".")[0] if key.rpartition(".")[2].isdigit() else key
+        # What stands in a list is set through its whole list.
+        whole = ".".join(takewhile(lambda part: not part.isdecimal(), key.split(".")))
         changes[whole] = value_of(tables, whole)
     controller = next(name for name in campaign.spec.controllers if Path(name).stem == row["controller"])
     words = [
@@ -149,8 +150,10 @@ def command(campaign: Campaign, row: Row) -> str:
         "--seed",
         str(row["seed"]),
     ]
+    if campaign.spec.calibration:
+        words += ["--calibration", campaign.spec.calibration]
     if changes:
-        words += ["--set", *(f"{key}={json.dumps(value)}" for key, value in changes.items())]
+        words += ["--set", *(f"{key}={toml_value(value)}" for key, value in changes.items())]
     return shlex.join(words)
 
 
