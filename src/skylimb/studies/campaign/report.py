@@ -80,17 +80,17 @@ def render_report(
             (title, [(score.line(summary.axes), score.unit, medians_of(score, summary)) for score in part])
             for title, part in grouped(declared[key] for key in summary.medians).items()
         ],
-        verdicts=verdicts(summary),
+        verdicts=verdicts(summary, campaign.spec.aim),
         draws_needed=draws_needed_for(summary, score),
-        power=f"{POWER:.0%}",
+        power=f"{100.0 * POWER:.0f} %",
         ranked=len(summary.ranks),
-        false_ranking=f"{min(1.0, (1.0 - LEVEL) * len(summary.ranks)):.0%}",
+        false_ranking=f"{100.0 * min(1.0, (1.0 - LEVEL) * len(summary.ranks)):.0f} %",
         range_only=len(scores.draws) < fewest_draws(),
         flown=_flown(summary, score) if len(scores.draws) < FEW else [],
-        pairs=_pairs(summary),
+        pairs=_pairs(summary, campaign.spec.failure),
         signed=signed,
         regions=[
-            (style.label(name), fails_where(summary, name, "failure" if campaign.spec.success else "loss"))
+            (style.label(name), fails_where(summary, name, campaign.spec.failure))
             for name in names
         ],
         figures=report_figures(scores, score, axes),
@@ -202,11 +202,13 @@ def _flown(summary: Summary, score: str) -> list[tuple[int, list[str], list[str]
     return lines
 
 
-def _pairs(summary: Summary) -> list[tuple[str, str, str, Paired, str, str]]:
+def _pairs(summary: Summary, failure: str) -> list[tuple[str, str, str, Paired, str, str]]:
     lines = []
     for key, pairs in summary.paired.items():
         score = summary.scores.declared.get(key)
-        label, goal = (score.titled(summary.axes), score.sign) if score else ("Failures, share", 1.0)
+        label, goal = (
+            (score.titled(summary.axes), score.sign) if score else (f"Share of draws with a {failure}", 1.0)
+        )
         for (first, second), pair in pairs.items():
             low, high = (pair.low, pair.high) if goal > 0.0 else (-pair.high, -pair.low)
             middle, low, high = (_difference(value, goal) for value in (goal * pair.median, low, high))
@@ -234,5 +236,5 @@ def signed(value: float, places: int = 2) -> str:
 def _cause(row: Row, score: Score, axes: AxisNames) -> str:
     if row["cause"]:
         return row["cause"]
-    value = row[score.name]
-    return "" if value is None else f"{within(score.text(axes))} {score.printed(value)} {score.unit}".strip()
+    value, what = row[score.name], within(score.text(axes))
+    return f"no {what}" if value is None else f"{what} {score.printed(value)} {score.unit}".strip()
