@@ -14,7 +14,7 @@ import skylimb
 from skylimb.analysis.recording import Run
 from skylimb.analysis.scores.registry import NUMERIC_KEYS
 from skylimb.apps.cli import main
-from skylimb.base.errors import CompileError, OutputError
+from skylimb.base.errors import CompileError, ConfigError, OutputError
 from skylimb.studies.campaign import report_campaign, run_campaign
 from skylimb.studies.campaign.folder import SPEC_FILE, TABLE_FILE, load_campaign
 from skylimb.studies.campaign.report import command
@@ -235,13 +235,32 @@ def test_losses_keep_their_logs_and_count(write_spec: SpecWriter, tmp_path: Path
 def test_a_draw_that_nobody_can_fly_is_named_and_charged_to_nobody(
     write_spec: SpecWriter, tmp_path: Path
 ) -> None:
-    vary = '"surface.position" = { grid = [[1.5, 0.0, 1.2], [-1.0, 0.0, 1.2]] }'
-    spec = write_spec(draws=2, vary=vary)
-    spec.write_text(spec.read_text().replace('"approach.contact" = false', '"approach.standoff" = 0.01'))
+    spec = write_spec(draws=2, vary='"approach.standoff" = { grid = [0.3, 0.0] }')
+    spec.write_text(spec.read_text().replace('"approach.contact" = false', ""))
     outcome = run_campaign(spec, tmp_path / "out", workers=0)
     assert outcome.summary is not None
-    statuses = [row["status"] for row in outcome.rows.values()]
-    assert set(statuses) <= {"OK", "FAILED", "REFUSED"}
+    assert [row["status"] for row in outcome.rows.values()] == ["OK", "OK", "REFUSED", "REFUSED"]
+    assert "starts clear" in outcome.rows[2]["cause"]
+    scores = outcome.summary.scores
+    assert list(scores.draws) == [0]
+    assert scores.refused == {1: outcome.rows[2]["cause"]}
+
+
+@pytest.mark.usefixtures("plain_report")
+def test_a_draw_that_one_controller_cannot_fly_names_it(write_spec: SpecWriter, tmp_path: Path) -> None:
+    needy = HOVER.replace('    name = "hover"', '    name = "hover"\n    needs = Needs(imu=True)')
+    (tmp_path / "needy.py").write_text(f"from skylimb.control.needs import Needs\n{needy}")
+    vary = '"sensors.imu.on" = { grid = [true, false] }'
+    spec = write_spec(draws=2, controllers='["pid", "needy.py"]', vary=vary)
+    outcome = run_campaign(spec, tmp_path / "out", workers=0)
+    assert [row["status"] for row in outcome.rows.values()] == ["OK", "OK", "OK", "REFUSED"]
+    assert outcome.summary is not None
+    (cause,) = outcome.summary.scores.refused.values()
+    assert cause.startswith("needy: ")
+    without = write_spec(draws=2, controllers='["pid", "needy.py"]', name="without.toml")
+    with pytest.raises(ConfigError, match=r"controller 'needy' can fly none of 2 draws; draw 0: .*imu"):
+        run_campaign(without, tmp_path / "no", workers=0)
+    assert not (tmp_path / "no").exists()
 
 
 @pytest.mark.usefixtures("plain_report")

@@ -120,7 +120,8 @@ def _summary(outcome: Outcome) -> int:
             print(f"and {len(summary.lost) - 5} more lost flights")
         if summary.scores.refused:
             print(
-                f"{len(summary.scores.refused)} draws that nobody can fly are left out; the report names them"
+                f"{len(summary.scores.refused)} draws that not every controller can fly are left out; "
+                "the report names them"
             )
     output.places(outcome.folder)
     return 0

@@ -7,12 +7,11 @@ from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from skylimb.base.errors import OutputError
+import numpy as np
+
+from skylimb.base.errors import CompileError, ConfigError, OutputError, SkylimbError
 from skylimb.base.files import replace_text
 from skylimb.flight.experiments.experiment import robot_of
-from skylimb.flight.flyable import require_flyable
-from skylimb.flight.plan import mission_of
-from skylimb.simulation.plant import build_plant
 from skylimb.studies.campaign.engines import check_workers, make_engine
 from skylimb.studies.campaign.flight_queue import (
     FlightQueue,
@@ -36,7 +35,10 @@ from skylimb.studies.campaign.spec import CampaignSpec
 from skylimb.studies.campaign.stopping import enough, looks
 from skylimb.studies.campaign.store import load_rows, open_store
 from skylimb.studies.campaign.summary import Summary, summarize, summary_json
-from skylimb.studies.campaign.worker import Job
+from skylimb.studies.campaign.worker import Job, ready
+
+_TRIED = 8
+"""Draws that each controller is tried with, at most, before a campaign begins."""
 
 
 @dataclass(frozen=True)
@@ -95,10 +97,7 @@ def run_campaign(
     """
     campaign, folder = freeze(spec if isinstance(spec, CampaignSpec) else load_spec(spec)), Path(out)
     if not folder.exists():
-        first = campaign.experiment_of(campaign.draw(0))
-        robot = robot_of(first)
-        build_plant(robot, first.surface, first.plant, first.control_period)
-        require_flyable(first.surface, robot, mission_of(first, robot))
+        require_flyable(campaign)
     total = campaign.flight(campaign.spec.draws, 0)
     with opened_queue(campaign, folder, total, workers, resume, progress, scheduler, slurm) as queue:
         store = queue.store
@@ -113,6 +112,29 @@ def run_campaign(
             (folder / LOGS).mkdir(exist_ok=True)
         store.finish((Job(flight).key for flight in rows), _texts(campaign, rows, summary, folder))
         return Outcome(folder, campaign, rows, summary, store.damaged)
+
+
+def require_flyable(campaign: Campaign) -> None:
+    """Refuse a campaign of which a controller cannot take off for any of some draws, from first to last.
+
+    Raises:
+        ConfigError: naming the controller, and why it cannot take off for the first of them.
+    """
+    count = min(campaign.spec.draws, _TRIED)
+    for name in campaign.names:
+        why: list[str] = []
+        for index in np.linspace(0, campaign.spec.draws - 1, count).astype(int).tolist():
+            drawn = campaign.draw(index)
+            experiment = campaign.experiment_of(drawn)
+            try:
+                ready(experiment, campaign.load(name, robot_of(experiment), campaign.gains_of(drawn, name)))
+                break
+            except CompileError:
+                raise  # says something of this machine, nothing of the draw
+            except SkylimbError as error:
+                why.append(f"draw {index}: {error}")
+        else:
+            raise ConfigError(f"controller '{name}' can fly none of {count} draws; {why[0]}")
 
 
 def report_campaign(folder: str | Path) -> Outcome:
