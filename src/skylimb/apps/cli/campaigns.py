@@ -50,7 +50,7 @@ def campaign(
             slurm=slurm, progress=report,
         )  # fmt: skip
     if outcome.damaged:
-        print(f"note: {outcome.damaged} damaged rows were found and flown again")
+        print("note: flights.parquet was damaged; its flights were flown again")
     if outcome.complete:
         return _summary(outcome)
     total = outcome.campaign.flight(outcome.campaign.spec.draws, 0)
@@ -71,10 +71,7 @@ def campaign_report(folder: Annotated[str, arg("A campaign's folder.", "DIR")]) 
     with output.working("working out the report"):
         outcome = report_campaign(folder)
     if outcome.damaged:
-        print(
-            f"note: {outcome.damaged} rows are damaged and left out; "
-            "`skylimb campaign --resume` flies them again"
-        )
+        print("note: flights.parquet is damaged and left out; `skylimb campaign --resume` flies it again")
     return _summary(outcome)
 
 

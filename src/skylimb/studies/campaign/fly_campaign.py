@@ -23,6 +23,8 @@ from skylimb.studies.campaign.folder import (
     LOGS,
     REPORT_FILE,
     SUMMARY_FILE,
+    TABLE_FILE,
+    begin_folder,
     complaints,
     load_campaign,
     logged,
@@ -50,14 +52,14 @@ class Outcome:
         campaign: what was flown.
         rows: by flight.
         summary: None when it was stopped before its end.
-        damaged: rows of an earlier table that could not be read, and were flown again.
+        damaged: whether an earlier table could not be read, and its flights were flown again.
     """
 
     folder: Path
     campaign: Campaign
     rows: dict[int, Row]
     summary: Summary | None
-    damaged: int
+    damaged: bool
 
     @property
     def complete(self) -> bool:
@@ -147,7 +149,12 @@ def report_campaign(folder: str | Path) -> Outcome:
     campaign = load_campaign(folder)
     rows, damaged = load_rows(folder, campaign)
     if not rows:
-        raise OutputError(f"campaign folder '{folder}' holds no flight yet")
+        raise OutputError(
+            f"'{folder / TABLE_FILE}' is damaged and holds no flight that can be read; `skylimb campaign "
+            "--resume` flies them again"
+            if damaged
+            else f"campaign folder '{folder}' holds no flight yet"
+        )
     summary = summarize(campaign, rows)
     with complaints(folder):
         for name, text in _texts(campaign, rows, summary, folder).items():
@@ -179,10 +186,12 @@ def opened_queue(
         slurm: a SLURM queue, to fly there.
     """
     check_workers(workers, scheduler, slurm)
+    if folder.exists():
+        begin_folder(folder, campaign, resume)  # one that cannot be used asks no cluster for workers
     with (
         watching_interrupts() as stop,
-        open_store(folder, campaign, resume) as store,
         closing(make_engine(campaign.text, workers, scheduler, slurm)) as engine,
+        open_store(folder, campaign, resume) as store,  # after the engine: without one, no folder is begun
     ):
         yield FlightQueue(store, engine, stop, progress or (lambda _: None), total)
 
