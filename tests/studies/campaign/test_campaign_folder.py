@@ -57,6 +57,13 @@ def test_a_finished_folder_holds_what_it_promises(flown: tuple[Path, Path]) -> N
     assert "Worst flights" in page
 
 
+def test_a_report_of_one_draw_speaks_of_one(write_spec: SpecWriter, tmp_path: Path) -> None:
+    run_campaign(write_spec(draws=1), tmp_path / "out", workers=0)
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "2 controllers, 1 draw<" in page
+    assert "2 flights over 1 paired draw<" in page
+
+
 @pytest.mark.usefixtures("plain_report")
 def test_a_folder_of_before_a_score_was_there_has_its_report(flown: tuple[Path, Path]) -> None:
     folder = flown[1]

@@ -63,7 +63,7 @@ def render_report(
     return render_page(
         TEMPLATE,
         title=f"{campaign.experiment['name']}: {len(names)} controller{'s' * (len(names) > 1)}, "
-        f"{len(scores.draws)} draws",
+        f"{len(scores.draws)} draw{'s' * (len(scores.draws) != 1)}",
         description=str(campaign.experiment.get("description", "")).rstrip("."),
         flights=len(rows),
         draws=len(scores.draws),
