@@ -255,10 +255,18 @@ def test_assignments(text, expected):
     assert config.parse_assignment(text) == expected
 
 
-@given(st.one_of(st.integers(-(2**62), 2**62), st.floats(allow_nan=False), st.booleans()))
-def test_any_scalar_survives_an_assignment(value):
-    text = config.write_toml({"a": value}).strip()
-    assert config.parse_assignment(text) == ("a", value)
+_SCALARS = st.one_of(
+    st.integers(-(2**62), 2**62),
+    st.floats(allow_nan=False),
+    st.booleans(),
+    st.text(st.characters(categories=("L", "N", "P", "S", "Zs"))),
+)
+_KEYS = st.text(st.sampled_from("ab. ü-'\""), min_size=1)
+
+
+@given(st.recursive(_SCALARS, lambda inner: st.lists(inner) | st.dictionaries(_KEYS, inner), max_leaves=8))
+def test_any_value_survives_an_assignment(value):
+    assert config.parse_assignment(f"a={config.toml_value(value)}") == ("a", value)
 
 
 @pytest.mark.parametrize("text", ["", "a", "a=", "=3", "a..b=1", "a=[1,", "a='x", "a=1\nb=2", "a={b"])

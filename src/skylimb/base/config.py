@@ -10,6 +10,7 @@ once, by the dataclass that holds it (`skylimb.base.keys.checks`).
 from __future__ import annotations
 
 import dataclasses
+import json
 import re
 import tomllib
 import typing
@@ -80,6 +81,15 @@ def write_toml(config: Any) -> str:
     import tomli_w  # only to write: who flies reads
 
     return tomli_w.dumps(to_mapping(config))
+
+
+def toml_value(value: Any) -> str:
+    """A value as TOML writes it on one line, which `parse_assignment` reads back to an equal one."""
+    if isinstance(value, Mapping):
+        return f"{{{', '.join(f'{json.dumps(key)} = {toml_value(entry)}' for key, entry in value.items())}}}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(toml_value, value))}]"
+    return repr(value) if isinstance(value, float) else json.dumps(value, ensure_ascii=False)
 
 
 def from_mapping(cls: type[T], mapping: Mapping[str, Any], where: str, at: str = "") -> T:

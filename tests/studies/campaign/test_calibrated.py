@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
-import tomli_w
 
 from skylimb.base.errors import ConfigError
 from skylimb.robots.loader import load_robot
@@ -17,21 +17,8 @@ ROBOT = load_robot("hydrus_xi_quad")
 
 
 @pytest.fixture
-def calibration(tmp_path: Path) -> Path:
-    """A calibration.toml of the robot that ships."""
-    path = tmp_path / "calibration.toml"
-    tables = {
-        "format": "skylimb calibration",
-        "robot": ROBOT.name,
-        "robot_digest": ROBOT.description.digest,
-        "attitude_misalignment": {"value": [0.01, 0.0, 0.02]},
-        "cog_offset": {"value": [0.01, -0.005, 0.01]},
-        "rotor_scale": {"value": [0.98, 1.0, 1.02, 1.0]},
-        "rotor_lag": {"value": 0.06},
-        "latency": {"value": 0.03},
-    }
-    path.write_text(tomli_w.dumps(tables), "utf-8")
-    return path
+def calibration(tmp_path: Path, write_calibration: Callable[[Path], Path]) -> Path:
+    return write_calibration(tmp_path / "calibration.toml")
 
 
 def test_every_controller_has_it(calibration: Path) -> None:

@@ -98,6 +98,7 @@ def test_a_dask_cluster_gives_the_same_folder_though_a_worker_dies(
 def test_a_scheduler_that_does_not_answer_is_named(write_spec: SpecWriter, tmp_path: Path) -> None:
     with pytest.raises(SkylimbError, match=r"no Dask scheduler answers at 'tcp://127\.0\.0\.1:9'"):
         run_campaign(write_spec(draws=1), tmp_path / "out", scheduler="tcp://127.0.0.1:9")
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.slow
@@ -183,3 +184,17 @@ def test_without_slurm_the_message_says_so(
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(SkylimbError, match="sbatch"):
         run_campaign(write_spec(draws=1), tmp_path / "out", slurm="normal")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_that_cannot_be_used_asks_no_cluster(
+    write_spec: SpecWriter, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "out").mkdir()
+    asked: list[object] = []
+    monkeypatch.setattr(
+        "skylimb.studies.campaign.fly_campaign.make_engine", lambda *given: asked.append(given)
+    )
+    with pytest.raises(SkylimbError, match="exists already"):
+        run_campaign(write_spec(draws=1), tmp_path / "out", scheduler="tcp://127.0.0.1:9")
+    assert not asked

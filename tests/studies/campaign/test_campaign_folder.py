@@ -4,7 +4,7 @@ import shlex
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import pyarrow.parquet as pq
@@ -14,8 +14,7 @@ import skylimb
 from skylimb.analysis.recording import Run
 from skylimb.analysis.scores.registry import NUMERIC_KEYS
 from skylimb.apps.cli import main
-from skylimb.base.config import parse_assignment
-from skylimb.base.errors import CompileError, OutputError
+from skylimb.base.errors import CompileError, ConfigError, OutputError
 from skylimb.studies.campaign import report_campaign, run_campaign
 from skylimb.studies.campaign.folder import SPEC_FILE, TABLE_FILE, load_campaign
 from skylimb.studies.campaign.report import command
@@ -58,6 +57,13 @@ def test_a_finished_folder_holds_what_it_promises(flown: tuple[Path, Path]) -> N
     assert "Worst flights" in page
 
 
+def test_a_report_of_one_draw_speaks_of_one(write_spec: SpecWriter, tmp_path: Path) -> None:
+    run_campaign(write_spec(draws=1), tmp_path / "out", workers=0)
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "2 controllers, 1 draw<" in page
+    assert "2 flights over 1 paired draw<" in page
+
+
 @pytest.mark.usefixtures("plain_report")
 def test_a_folder_of_before_a_score_was_there_has_its_report(flown: tuple[Path, Path]) -> None:
     folder = flown[1]
@@ -78,16 +84,39 @@ def test_the_command_of_a_worst_flight_flies_the_same_bits(tmp_path: Path, write
     "plant.cog_offset.0" = { normal = [0.0, 0.001] }
     "plant.rotor_scale" = { normal = [1.0, 0.01], size = 4 }
     "controller.attitude.damping_ratio.2" = { choice = [0.7, 0.9] }
+    "events.0.rotor" = { grid = ["rotor1", "rotor2"] }
     """
-    outcome = run_campaign(write_spec(draws=2, vary=vary), tmp_path / "out", workers=0)
+    spec = write_spec(draws=2, vary=vary)
+    event = (
+        '{ kind = "rotor", time = 0.3, duration = 0.0, latest = 0.6, effectiveness = 0.9, rotor = "rotor1" }'
+    )
+    spec.write_text(spec.read_text().replace("[set]", f"[set]\nevents = [{event}]"))
+    outcome = run_campaign(spec, tmp_path / "out", workers=0)
     text = command(outcome.campaign, outcome.rows[3])
     assert text.startswith("skylimb run paper --controller hybrid --seed ")
-    words = shlex.split(text)
-    settings = dict(parse_assignment(word) for word in words[words.index("--set") + 1 :])
-    run = skylimb.run(words[2], words[4], seed=int(words[6]), set=settings)
-    row = outcome.rows[3]
-    assert run.metrics["tilt_max"] is not None
-    assert {key: run.metrics[key] for key in NUMERIC_KEYS} == {key: row[key] for key in NUMERIC_KEYS}
+    assert _flown_again(text, tmp_path) == _numbers(outcome.rows[3])
+
+
+@pytest.mark.usefixtures("plain_report")
+def test_the_command_of_a_calibrated_flight_flies_the_same_bits(
+    tmp_path: Path, write_spec: SpecWriter, write_calibration: Callable[[Path], Path]
+) -> None:
+    calibration = write_calibration(tmp_path / "my calibration.toml")
+    spec, out = write_spec(draws=1), tmp_path / "out"
+    outcome = skylimb.campaign(spec, out, calibration=calibration, workers=0)
+    plain = skylimb.campaign(spec, tmp_path / "plain", workers=0)
+    again = _flown_again(command(outcome.campaign, outcome.rows[1]), tmp_path)
+    assert again == _numbers(outcome.rows[1]) != _numbers(plain.rows[1])
+
+
+def _numbers(scores: Mapping[str, float]) -> dict[str, float]:
+    return {key: scores[key] for key in NUMERIC_KEYS}
+
+
+def _flown_again(text: str, home: Path) -> dict[str, float]:
+    """The scores of the flight of a command line."""
+    assert main([*shlex.split(text)[1:], "--out", str(home / "again")]) == 0
+    return _numbers(Run.load(home / "again").metrics)
 
 
 def test_flights_that_the_experiment_stops_have_come_to_their_end(
@@ -213,13 +242,32 @@ def test_losses_keep_their_logs_and_count(write_spec: SpecWriter, tmp_path: Path
 def test_a_draw_that_nobody_can_fly_is_named_and_charged_to_nobody(
     write_spec: SpecWriter, tmp_path: Path
 ) -> None:
-    vary = '"surface.position" = { grid = [[1.5, 0.0, 1.2], [-1.0, 0.0, 1.2]] }'
-    spec = write_spec(draws=2, vary=vary)
-    spec.write_text(spec.read_text().replace('"approach.contact" = false', '"approach.standoff" = 0.01'))
+    spec = write_spec(draws=2, vary='"approach.standoff" = { grid = [0.3, 0.0] }')
+    spec.write_text(spec.read_text().replace('"approach.contact" = false', ""))
     outcome = run_campaign(spec, tmp_path / "out", workers=0)
     assert outcome.summary is not None
-    statuses = [row["status"] for row in outcome.rows.values()]
-    assert set(statuses) <= {"OK", "FAILED", "REFUSED"}
+    assert [row["status"] for row in outcome.rows.values()] == ["OK", "OK", "REFUSED", "REFUSED"]
+    assert "starts clear" in outcome.rows[2]["cause"]
+    scores = outcome.summary.scores
+    assert list(scores.draws) == [0]
+    assert scores.refused == {1: outcome.rows[2]["cause"]}
+
+
+@pytest.mark.usefixtures("plain_report")
+def test_a_draw_that_one_controller_cannot_fly_names_it(write_spec: SpecWriter, tmp_path: Path) -> None:
+    needy = HOVER.replace('    name = "hover"', '    name = "hover"\n    needs = Needs(imu=True)')
+    (tmp_path / "needy.py").write_text(f"from skylimb.control.needs import Needs\n{needy}")
+    vary = '"sensors.imu.on" = { grid = [true, false] }'
+    spec = write_spec(draws=2, controllers='["pid", "needy.py"]', vary=vary)
+    outcome = run_campaign(spec, tmp_path / "out", workers=0)
+    assert [row["status"] for row in outcome.rows.values()] == ["OK", "OK", "OK", "REFUSED"]
+    assert outcome.summary is not None
+    (cause,) = outcome.summary.scores.refused.values()
+    assert cause.startswith("needy: ")
+    without = write_spec(draws=2, controllers='["pid", "needy.py"]', name="without.toml")
+    with pytest.raises(ConfigError, match=r"controller 'needy' can fly none of 2 draws; draw 0: .*imu"):
+        run_campaign(without, tmp_path / "no", workers=0)
+    assert not (tmp_path / "no").exists()
 
 
 @pytest.mark.usefixtures("plain_report")

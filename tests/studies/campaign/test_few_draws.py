@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
+from skylimb.analysis.figures import style
 from skylimb.analysis.scores.axis_names import PAPER
 from skylimb.analysis.scores.registry import SCORES
-from skylimb.studies.campaign.figures import _running_median, report_figures
+from skylimb.studies.campaign.figures import _running_median, profiles, report_figures
 from skylimb.studies.campaign.maps import winner_map
 from skylimb.studies.campaign.points import FEW, _apart, points
 from skylimb.studies.campaign.report import _pairs, signed
+from skylimb.studies.campaign.spec import Bound, CampaignSpec
 from skylimb.studies.campaign.statistics import (
     Scores,
     compare_paired,
@@ -20,10 +22,11 @@ from skylimb.studies.campaign.statistics import (
     fewest_draws,
     level_of_pair,
     rank,
+    success_rate,
 )
 from skylimb.studies.campaign.statistics.sign_test import POWER, better
 from skylimb.studies.campaign.summary import Summary
-from skylimb.studies.campaign.who_wins import draws_needed_for, shown_ranks, verdicts
+from skylimb.studies.campaign.who_wins import draws_needed_for, fails_where, shown_ranks, verdicts
 
 KEY = "error_u_median"
 WHAT = "the median |y error| of the CoG to the mission"
@@ -101,7 +104,7 @@ def test_clear_differences_take_the_fewest_draws_and_losses_are_counted() -> Non
 
 def test_three_draws_give_no_rank_and_say_how_many_would() -> None:
     few = summary_of(scores_of(np.array([[0.114, 0.078], [0.117, 0.080], [0.118, 0.081]])))
-    assert verdicts(few) == []
+    assert verdicts(few, "finishing") == []
     assert shown_ranks(few.ranks[KEY]) == [0, 0]
     assert draws_needed_for(few, KEY) == [f"PID and Hybrid: about 8 draws would tell them apart in {WHAT}"]
     alike = summary_of(scores_of(np.ones((3, 2))))
@@ -156,7 +159,52 @@ def test_a_difference_that_losses_decide_says_whose_whichever_way_the_metric_is_
         key: {("pid", "hybrid"): compare_paired(column[:, 0], column[:, 1])} for key, column in costs.items()
     }
     summary = Summary(scores, {}, {}, paired, {}, {}, [], [], PAPER)
-    assert [line[4] for line in _pairs(summary)] == ["first lost (first lost .. first lost)"] * 2
+    assert [line[4] for line in _pairs(summary, "loss")] == ["first lost (first lost .. first lost)"] * 2
+
+
+def test_successes_are_no_more_than_flights_that_finished_only_without_bounds() -> None:
+    """The first keeps the bounds in all draws, the second in none; both finish all."""
+    finished, success = np.ones((8, 2), bool), np.tile([True, False], (8, 1))
+    scores = Scores(("pid", "hybrid"), np.arange(8), success, finished, {}, {}, {})
+    cost = scores.cost("success")
+    summary = Summary(
+        scores,
+        {
+            name: success_rate(int(column.sum()), 8)
+            for name, column in zip(scores.controllers, success.T, strict=True)
+        },
+        {},
+        {"success": {("pid", "hybrid"): compare_paired(cost[:, 0], cost[:, 1])}},
+        {"success": rank(cost)},
+        {"pid": None, "hybrid": None},
+        [],
+        [],
+        PAPER,
+    )
+    plain = CampaignSpec("paper", ("pid", "hybrid"), draws=8)
+    bounded = dataclasses.replace(plain, success={"done": Bound(min=1.0)})
+    assert verdicts(summary, plain.aim) == ["PID leads in finishing"]
+    assert verdicts(summary, bounded.aim) == ["PID leads in succeeding"]
+    assert [_pairs(summary, spec.failure)[0][0] for spec in (plain, bounded)] == [
+        "Share of draws with a loss",
+        "Share of draws with a failure",
+    ]
+    assert fails_where(summary, "pid", bounded.failure) == "no failure"
+    assert fails_where(summary, "hybrid", bounded.failure) == "all 8 fail"
+    nothing = dataclasses.replace(summary, rates={"pid": success_rate(0, 0)})
+    assert fails_where(nothing, "pid", bounded.failure) == "nothing was flown"
+
+
+def test_no_label_of_the_profiles_leaves_the_picture() -> None:
+    keys = [KEY, "error_v_median", "displacement_median", "contact_force_normal_std", "tilt_max"]
+    values = np.random.default_rng(0).normal(1.0, 0.4, (20, 2))
+    values[:6, 0] = np.nan  # lost
+    metrics = dict.fromkeys([*keys, "contact_force_normal_peak", "contact_fraction"], values)
+    figure = profiles(dataclasses.replace(spread(20, 6), metrics=metrics), PAPER)
+    style.png(figure, 170)  # as the report has it
+    labels = [ax.xaxis.label.get_window_extent() for ax in figure.axes if ax.get_xlabel()]
+    assert len(labels) == len(metrics)
+    assert all(label.x0 >= 0.0 and label.x1 <= figure.bbox.x1 for label in labels)
 
 
 def spread(draws: int, lost: int = 0) -> Scores:

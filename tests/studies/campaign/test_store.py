@@ -62,7 +62,7 @@ def test_a_batch_is_kept_whole_or_not_at_all(campaign: Campaign, tmp_path: Path)
             )
         with pytest.raises(OutputError, match="no room"):
             store.add(flown(campaign, flight) for flight in (1, 2, 3))
-        assert load_rows(tmp_path / "out", campaign) == ({}, 0)
+        assert load_rows(tmp_path / "out", campaign) == ({}, False)
 
 
 def test_rows_of_a_search_are_told_apart_by_their_gains(campaign: Campaign, tmp_path: Path) -> None:
@@ -238,7 +238,7 @@ def test_a_store_that_was_never_written_is_empty(campaign: Campaign, tmp_path: P
     with open_store(tmp_path / "out", campaign, resume=False):
         pass
     (tmp_path / "out" / STORE_FILE).write_bytes(b"")  # a kill between creating the file and its first page
-    assert load_rows(tmp_path / "out", campaign) == ({}, 0)
+    assert load_rows(tmp_path / "out", campaign) == ({}, False)
     with open_store(tmp_path / "out", campaign, resume=True) as store:
         assert store.rows == {}
 
@@ -248,6 +248,8 @@ def test_a_damaged_table_is_flown_again(write_spec: SpecWriter, tmp_path: Path, 
     run_campaign(spec, folder, workers=0)
     before = contents(folder)
     (folder / TABLE_FILE).write_bytes(before[TABLE_FILE][:-100])
+    with pytest.raises(OutputError, match=r"flights\.parquet' is damaged .* --resume` flies them again"):
+        report_campaign(folder)
     assert run_campaign(spec, folder, workers=0, resume=True).damaged
     assert contents(folder) == before
 

@@ -1,6 +1,8 @@
 """A sweep is every combination flown, its scores one dataset over the swept keys."""
 
+import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -81,11 +83,30 @@ def test_gains_are_swept_by_name() -> None:
         ({"surface.friction": 0.1}, ConfigError, r"over\['surface.friction'\] = 0.1 should be a list"),
         ({"surface.friction": []}, ConfigError, r"over\['surface.friction'\] is empty"),
         ({"surface.friction": [-1.0]}, ConfigError, "surface.friction = -1"),
+        ({"seed": [1, 2]}, ConfigError, r"seeds = \[1, 2\] flies these seeds"),
+        (["surface.friction"], ConfigError, r"over = \['surface.friction'\] should be a table"),
     ],
 )
-def test_what_cannot_be_swept_is_refused(over: dict, error: type, message: str) -> None:  # type: ignore[type-arg]
+def test_what_cannot_be_swept_is_refused(over: Any, error: type, message: str) -> None:
     with pytest.raises(error, match=message):
         skylimb.sweep("paper", "hybrid", over, set=SHORT, workers=0)
+
+
+@pytest.mark.parametrize("seeds", [0, -2, [], [1.5], ["a"], 2.0, "12"])
+def test_seeds_that_are_none_are_refused(seeds: Any) -> None:
+    with pytest.raises(ConfigError, match=re.escape(f"seeds = {seeds!r} ")):
+        skylimb.sweep("paper", "hybrid", seeds=seeds, set=SHORT, workers=0)
+    with pytest.raises(ConfigError, match=r"set\['seed'\] = 3: .* seeds says which"):
+        skylimb.sweep("paper", "hybrid", set={**SHORT, "seed": 3}, workers=0)
+
+
+def test_seeds_and_signals_come_as_numpy_has_them_or_alone() -> None:
+    count: Any = np.int64(2)
+    found = skylimb.sweep("paper", "pid", seeds=count, set=SHORT, logs="tilt", workers=0)
+    assert found.seed.values.tolist() == [0, 1]
+    assert found.tilt.dims[-1] == "time"
+    listed = skylimb.sweep("paper", "pid", seeds=np.array([1]), set=SHORT, workers=0)
+    assert listed.tilt_max[0] == found.tilt_max[1]
 
 
 def test_a_metric_at_hand_is_found_in_its_file() -> None:

@@ -50,7 +50,7 @@ def campaign(
             slurm=slurm, progress=report,
         )  # fmt: skip
     if outcome.damaged:
-        print(f"note: {outcome.damaged} damaged rows were found and flown again")
+        print("note: flights.parquet was damaged; its flights were flown again")
     if outcome.complete:
         return _summary(outcome)
     total = outcome.campaign.flight(outcome.campaign.spec.draws, 0)
@@ -71,10 +71,7 @@ def campaign_report(folder: Annotated[str, arg("A campaign's folder.", "DIR")]) 
     with output.working("working out the report"):
         outcome = report_campaign(folder)
     if outcome.damaged:
-        print(
-            f"note: {outcome.damaged} rows are damaged and left out; "
-            "`skylimb campaign --resume` flies them again"
-        )
+        print("note: flights.parquet is damaged and left out; `skylimb campaign --resume` flies it again")
     return _summary(outcome)
 
 
@@ -120,7 +117,8 @@ def _summary(outcome: Outcome) -> int:
             print(f"and {len(summary.lost) - 5} more lost flights")
         if summary.scores.refused:
             print(
-                f"{len(summary.scores.refused)} draws that nobody can fly are left out; the report names them"
+                f"{len(summary.scores.refused)} draws that not every controller can fly are left out; "
+                "the report names them"
             )
     output.places(outcome.folder)
     return 0

@@ -123,4 +123,4 @@ def _show_reproduction(result: Result) -> None:
     print(f"{result.inside} of 12 published numbers lie within the ensemble's 5 to 95 %")
     print("lost flights: " + ", ".join(f"{name} {count}" for name, count in lost.items()))
     if result.refused:
-        print(f"{len(result.refused)} draws that nobody can fly count against every claim")
+        print(f"{len(result.refused)} draws that not every controller can fly count against every claim")

@@ -34,16 +34,16 @@ _POINTS = (
     "number. Controllers are compared along these lines. So few draws have no distribution worth a curve."
 )
 _TRENDS = (
-    "{} over the parameters that matter most: every flight, and where there are enough, the median along the "
-    "parameter. Crosses at the top are lost flights."
+    "{} over the parameters that matter most: every flight, and where there are enough, the median of those "
+    "that finished along the parameter. Crosses at the top are lost flights."
 )
 _FAILURES = (
     "Every flight at its place: dots succeeded, crosses did not. The shade is the share of failures among "
     "the nearest draws."
 )
 _WINNERS = (
-    "The controller with the best {} in at least {:.0%} of a cell's draws; grey cells have no clear winner. "
-    "A lost flight wins nothing."
+    "The controller with the best {} in at least {:.0f} % of a cell's draws; grey cells have no clear "
+    "winner. A lost flight wins nothing."
 )
 
 
@@ -76,7 +76,7 @@ def report_figures(scores: Scores, score: str, axes: AxisNames) -> list[ReportFi
         made.append(_finished("failures", "Where each controller fails", _FAILURES, figure))
     if len(shown) > 1 and len(scores.controllers) > 1 and has_cells(scores, shown[0], shown[1]):
         figure = winner_map(scores, score, shown[0], shown[1])
-        words = _WINNERS.format(label[:1].lower() + label[1:], CLEAR_WIN)
+        words = _WINNERS.format(label[:1].lower() + label[1:], 100.0 * CLEAR_WIN)
         made.append(_finished("winners", "Who wins where", words, figure))
     return made
 
@@ -109,7 +109,7 @@ def profiles(scores: Scores, axes_names: AxisNames) -> Figure:
             finished = score.sign * np.sort(column[np.isfinite(column)])
             share = np.arange(1, len(finished) + 1) / len(column)
             ax.step(finished, share, where="post", color=colour)
-        ax.set_xlabel(fill(score.titled(axes_names), 26))
+        ax.set_xlabel(fill(score.titled(axes_names), 30), fontsize=7)
         ax.set_ylim(0.0, 1.02)
         if score.sign < 0.0:
             ax.invert_xaxis()

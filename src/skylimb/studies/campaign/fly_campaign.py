@@ -7,12 +7,11 @@ from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from skylimb.base.errors import OutputError
+import numpy as np
+
+from skylimb.base.errors import CompileError, ConfigError, OutputError, SkylimbError
 from skylimb.base.files import replace_text
 from skylimb.flight.experiments.experiment import robot_of
-from skylimb.flight.flyable import require_flyable
-from skylimb.flight.plan import mission_of
-from skylimb.simulation.plant import build_plant
 from skylimb.studies.campaign.engines import check_workers, make_engine
 from skylimb.studies.campaign.flight_queue import (
     FlightQueue,
@@ -24,6 +23,8 @@ from skylimb.studies.campaign.folder import (
     LOGS,
     REPORT_FILE,
     SUMMARY_FILE,
+    TABLE_FILE,
+    begin_folder,
     complaints,
     load_campaign,
     logged,
@@ -36,7 +37,10 @@ from skylimb.studies.campaign.spec import CampaignSpec
 from skylimb.studies.campaign.stopping import enough, looks
 from skylimb.studies.campaign.store import load_rows, open_store
 from skylimb.studies.campaign.summary import Summary, summarize, summary_json
-from skylimb.studies.campaign.worker import Job
+from skylimb.studies.campaign.worker import Job, ready
+
+_TRIED = 8
+"""Draws that each controller is tried with, at most, before a campaign begins."""
 
 
 @dataclass(frozen=True)
@@ -48,14 +52,14 @@ class Outcome:
         campaign: what was flown.
         rows: by flight.
         summary: None when it was stopped before its end.
-        damaged: rows of an earlier table that could not be read, and were flown again.
+        damaged: whether an earlier table could not be read, and its flights were flown again.
     """
 
     folder: Path
     campaign: Campaign
     rows: dict[int, Row]
     summary: Summary | None
-    damaged: int
+    damaged: bool
 
     @property
     def complete(self) -> bool:
@@ -95,10 +99,7 @@ def run_campaign(
     """
     campaign, folder = freeze(spec if isinstance(spec, CampaignSpec) else load_spec(spec)), Path(out)
     if not folder.exists():
-        first = campaign.experiment_of(campaign.draw(0))
-        robot = robot_of(first)
-        build_plant(robot, first.surface, first.plant, first.control_period)
-        require_flyable(first.surface, robot, mission_of(first, robot))
+        require_flyable(campaign)
     total = campaign.flight(campaign.spec.draws, 0)
     with opened_queue(campaign, folder, total, workers, resume, progress, scheduler, slurm) as queue:
         store = queue.store
@@ -115,6 +116,29 @@ def run_campaign(
         return Outcome(folder, campaign, rows, summary, store.damaged)
 
 
+def require_flyable(campaign: Campaign) -> None:
+    """Refuse a campaign of which a controller cannot take off for any of some draws, from first to last.
+
+    Raises:
+        ConfigError: naming the controller, and why it cannot take off for the first of them.
+    """
+    count = min(campaign.spec.draws, _TRIED)
+    for name in campaign.names:
+        why: list[str] = []
+        for index in np.linspace(0, campaign.spec.draws - 1, count).astype(int).tolist():
+            drawn = campaign.draw(index)
+            experiment = campaign.experiment_of(drawn)
+            try:
+                ready(experiment, campaign.load(name, robot_of(experiment), campaign.gains_of(drawn, name)))
+                break
+            except CompileError:
+                raise  # says something of this machine, nothing of the draw
+            except SkylimbError as error:
+                why.append(f"draw {index}: {error}")
+        else:
+            raise ConfigError(f"controller '{name}' can fly none of {count} draws; {why[0]}")
+
+
 def report_campaign(folder: str | Path) -> Outcome:
     """Work out a folder's summary and report anew from its flights; also of a campaign that is not through.
 
@@ -125,7 +149,12 @@ def report_campaign(folder: str | Path) -> Outcome:
     campaign = load_campaign(folder)
     rows, damaged = load_rows(folder, campaign)
     if not rows:
-        raise OutputError(f"campaign folder '{folder}' holds no flight yet")
+        raise OutputError(
+            f"'{folder / TABLE_FILE}' is damaged and holds no flight that can be read; `skylimb campaign "
+            "--resume` flies them again"
+            if damaged
+            else f"campaign folder '{folder}' holds no flight yet"
+        )
     summary = summarize(campaign, rows)
     with complaints(folder):
         for name, text in _texts(campaign, rows, summary, folder).items():
@@ -157,10 +186,12 @@ def opened_queue(
         slurm: a SLURM queue, to fly there.
     """
     check_workers(workers, scheduler, slurm)
+    if folder.exists():
+        begin_folder(folder, campaign, resume)  # one that cannot be used asks no cluster for workers
     with (
         watching_interrupts() as stop,
-        open_store(folder, campaign, resume) as store,
         closing(make_engine(campaign.text, workers, scheduler, slurm)) as engine,
+        open_store(folder, campaign, resume) as store,  # after the engine: without one, no folder is begun
     ):
         yield FlightQueue(store, engine, stop, progress or (lambda _: None), total)
 

@@ -6,6 +6,7 @@ import json
 import shlex
 from collections.abc import Mapping
 from dataclasses import replace
+from itertools import takewhile
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,7 +18,7 @@ from skylimb.analysis.recording import LOG_FILE, Run
 from skylimb.analysis.scores.axis_names import AxisNames
 from skylimb.analysis.scores.score import Score, grouped
 from skylimb.analysis.viewer.page import viewer_html
-from skylimb.base.config import to_mapping, value_of, write_toml
+from skylimb.base.config import to_mapping, toml_value, value_of, write_toml
 from skylimb.studies.campaign.draws import changed
 from skylimb.studies.campaign.figures import report_figures
 from skylimb.studies.campaign.folder import log_name
@@ -62,7 +63,7 @@ def render_report(
     return render_page(
         TEMPLATE,
         title=f"{campaign.experiment['name']}: {len(names)} controller{'s' * (len(names) > 1)}, "
-        f"{len(scores.draws)} draws",
+        f"{len(scores.draws)} draw{'s' * (len(scores.draws) != 1)}",
         description=str(campaign.experiment.get("description", "")).rstrip("."),
         flights=len(rows),
         draws=len(scores.draws),
@@ -79,17 +80,17 @@ def render_report(
             (title, [(score.line(summary.axes), score.unit, medians_of(score, summary)) for score in part])
             for title, part in grouped(declared[key] for key in summary.medians).items()
         ],
-        verdicts=verdicts(summary),
+        verdicts=verdicts(summary, campaign.spec.aim),
         draws_needed=draws_needed_for(summary, score),
-        power=f"{POWER:.0%}",
+        power=f"{100.0 * POWER:.0f} %",
         ranked=len(summary.ranks),
-        false_ranking=f"{min(1.0, (1.0 - LEVEL) * len(summary.ranks)):.0%}",
+        false_ranking=f"{100.0 * min(1.0, (1.0 - LEVEL) * len(summary.ranks)):.0f} %",
         range_only=len(scores.draws) < fewest_draws(),
         flown=_flown(summary, score) if len(scores.draws) < FEW else [],
-        pairs=_pairs(summary),
+        pairs=_pairs(summary, campaign.spec.failure),
         signed=signed,
         regions=[
-            (style.label(name), fails_where(summary, name, "failure" if campaign.spec.success else "loss"))
+            (style.label(name), fails_where(summary, name, campaign.spec.failure))
             for name in names
         ],
         figures=report_figures(scores, score, axes),
@@ -136,8 +137,8 @@ def command(campaign: Campaign, row: Row) -> str:
     for key in (*campaign.spec.set, *drawn.values):
         if key in others:
             continue
-        # An entry of a list is set through its whole list.
-        whole = key.rpartition(".")[0] if key.rpartition(".")[2].isdigit() else key
+        # What stands in a list is set through its whole list.
+        whole = ".".join(takewhile(lambda part: not part.isdecimal(), key.split(".")))
         changes[whole] = value_of(tables, whole)
     controller = next(name for name in campaign.spec.controllers if Path(name).stem == row["controller"])
     words = [
@@ -149,8 +150,10 @@ def command(campaign: Campaign, row: Row) -> str:
         "--seed",
         str(row["seed"]),
     ]
+    if campaign.spec.calibration:
+        words += ["--calibration", campaign.spec.calibration]
     if changes:
-        words += ["--set", *(f"{key}={json.dumps(value)}" for key, value in changes.items())]
+        words += ["--set", *(f"{key}={toml_value(value)}" for key, value in changes.items())]
     return shlex.join(words)
 
 
@@ -199,11 +202,13 @@ def _flown(summary: Summary, score: str) -> list[tuple[int, list[str], list[str]
     return lines
 
 
-def _pairs(summary: Summary) -> list[tuple[str, str, str, Paired, str, str]]:
+def _pairs(summary: Summary, failure: str) -> list[tuple[str, str, str, Paired, str, str]]:
     lines = []
     for key, pairs in summary.paired.items():
         score = summary.scores.declared.get(key)
-        label, goal = (score.titled(summary.axes), score.sign) if score else ("Failures, share", 1.0)
+        label, goal = (
+            (score.titled(summary.axes), score.sign) if score else (f"Share of draws with a {failure}", 1.0)
+        )
         for (first, second), pair in pairs.items():
             low, high = (pair.low, pair.high) if goal > 0.0 else (-pair.high, -pair.low)
             middle, low, high = (_difference(value, goal) for value in (goal * pair.median, low, high))
@@ -231,5 +236,5 @@ def signed(value: float, places: int = 2) -> str:
 def _cause(row: Row, score: Score, axes: AxisNames) -> str:
     if row["cause"]:
         return row["cause"]
-    value = row[score.name]
-    return "" if value is None else f"{within(score.text(axes))} {score.printed(value)} {score.unit}".strip()
+    value, what = row[score.name], within(score.text(axes))
+    return f"no {what}" if value is None else f"{what} {score.printed(value)} {score.unit}".strip()

@@ -14,7 +14,7 @@ from skylimb.studies.campaign.frozen import Campaign
 Row = dict[str, Any]
 
 REFUSED = "REFUSED"
-"""The draw cannot be flown by anybody: the robot would start inside the surface, or the path leaves it."""
+"""The controller cannot fly the draw, as the robot would start inside the surface, for one."""
 QUARANTINED = "QUARANTINED"
 """The flight killed its worker three times."""
 

@@ -171,6 +171,16 @@ class CampaignSpec:
         """What the rate of successes is called: without bounds, every flight that comes to its end is one."""
         return "Success rate" if self.success else "Flown to the end"
 
+    @property
+    def aim(self) -> str:
+        """What a controller is good at that has many successes, by the same rule."""
+        return "succeeding" if self.success else "finishing"
+
+    @property
+    def failure(self) -> str:
+        """What a flight that is no success is called, by the same rule."""
+        return "failure" if self.success else "loss"
+
     def to_mapping(self) -> dict[str, Any]:
         """The spec as in its file."""
         return {key: value for key, value in to_mapping(self).items() if value not in ({}, [])}

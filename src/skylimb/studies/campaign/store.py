@@ -56,7 +56,7 @@ class Store:
         folder: where.
         campaign: what it is of.
         rows: of all that has flown; see `Job.key`.
-        damaged: rows of an earlier table that cannot be read any more.
+        damaged: whether an earlier table cannot be read any more.
     """
 
     def __init__(self, folder: Path, campaign: Campaign, database: sqlite3.Connection) -> None:
@@ -145,8 +145,8 @@ def open_store(folder: Path, campaign: Campaign, resume: bool) -> Iterator[Store
         yield store
 
 
-def load_rows(folder: Path, campaign: Campaign) -> tuple[dict[int, Row], int]:
-    """The rows of a campaign's folder, through or not, and how many cannot be read; changes nothing."""
+def load_rows(folder: Path, campaign: Campaign) -> tuple[dict[int, Row], bool]:
+    """The rows of a campaign's folder, through or not, and whether its table is damaged; changes nothing."""
     found, damaged = _rows_of_table(folder, campaign)
     if (folder / STORE_FILE).is_file():
         with complaints(folder), closing(_connect(folder / STORE_FILE, "rw")) as database:
@@ -173,8 +173,8 @@ def _insert(database: sqlite3.Connection, rows: Mapping[Key, Row]) -> None:
     )
 
 
-def _rows_of_table(folder: Path, campaign: Campaign) -> tuple[dict[Key, Row], int]:
-    """The rows of a campaign that is through, and how many are damaged."""
+def _rows_of_table(folder: Path, campaign: Campaign) -> tuple[dict[Key, Row], bool]:
+    """The rows of a campaign that is through, and whether they are damaged."""
     rows, damaged = read_table(folder / TABLE_FILE, campaign)
     return {(row["flight"], row.pop(_GAINS, _NO_GAINS)): row for row in rows}, damaged
 

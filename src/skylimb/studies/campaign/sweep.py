@@ -12,6 +12,7 @@ import json
 import os
 import tempfile
 from collections.abc import Mapping, Sequence
+from numbers import Integral
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -41,10 +42,10 @@ def sweep(
     controller: str | Sequence[str] = "hybrid",
     over: Mapping[str, Sequence[Any] | np.ndarray] | None = None,
     *,
-    seeds: int | Sequence[int] = 1,
+    seeds: int | Sequence[int] | np.ndarray = 1,
     set: Mapping[str, Any] | None = None,
     use: Sequence[str | Path | ModuleType | UserScore] = (),
-    logs: Sequence[str] = (),
+    logs: str | Sequence[str] = (),
     workers: int | None = None,
     progress: Report | None = None,
 ) -> xr.Dataset:
@@ -58,7 +59,7 @@ def sweep(
         seeds: of the sensors' noise: how many, from 0 on, or which.
         set: dotted keys and values of all flights.
         use: Python files with metrics of your own.
-        logs: names of signals that are kept as well.
+        logs: a signal that is kept as well, or several.
         workers: processes; by default one a core, and none for few flights. 0 flies in this process.
         progress: called with the progress, twice a second or more often.
 
@@ -72,7 +73,10 @@ def sweep(
         KeyboardInterrupt: Ctrl-C.
     """
     names = [controller] if isinstance(controller, str) else list(controller)
-    grids = _grids(over or {}, seeds)
+    logs = [logs] if isinstance(logs, str) else list(logs)
+    if set and "seed" in set:
+        raise ConfigError(f"set['seed'] = {set['seed']!r}: of a sweep, seeds says which seeds fly")
+    grids = _grids({} if over is None else over, seeds)
     fixed = {key: [value] for key, value in (set or {}).items() if key.startswith("controller.")}
     vary = {**grids, **fixed}
     spec = CampaignSpec(
@@ -115,9 +119,13 @@ def _unfolded(values: xr.DataArray, sizes: Mapping[str, int]) -> xr.DataArray:
 
 
 def _grids(
-    over: Mapping[str, Sequence[Any] | np.ndarray], seeds: int | Sequence[int]
+    over: Mapping[str, Sequence[Any] | np.ndarray], seeds: int | Sequence[int] | np.ndarray
 ) -> dict[str, list[Any]]:
     """The values of every swept key, and the seeds behind them."""
+    if not isinstance(over, Mapping):
+        raise ConfigError(f"over = {over!r} should be a table of keys and the values of each")
+    if "seed" in over:
+        raise ConfigError(f"over['seed'] is not swept over; seeds = {over['seed']!r} flies these seeds")
     grids = {}
     for key, values in over.items():
         if isinstance(values, str | bytes) or not hasattr(values, "__len__"):
@@ -125,7 +133,17 @@ def _grids(
         grids[key] = to_mapping(np.asarray(values) if isinstance(values, np.ndarray) else list(values))
         if not grids[key]:
             raise ConfigError(f"over['{key}'] is empty")
-    return {**grids, "seed": list(range(seeds)) if isinstance(seeds, int) else [int(seed) for seed in seeds]}
+    return {**grids, "seed": _seeds(seeds)}
+
+
+def _seeds(seeds: Any) -> list[int]:
+    """The seeds: so many from 0 on, or those that are listed."""
+    listed = range(seeds) if isinstance(seeds, Integral) else seeds
+    if not isinstance(listed, Sequence | np.ndarray) or not all(isinstance(one, Integral) for one in listed):
+        raise ConfigError(f"seeds = {seeds!r} should be a whole number or a list of whole numbers")
+    if not len(listed):
+        raise ConfigError(f"seeds = {seeds!r} is none; the least is one")
+    return [int(seed) for seed in listed]
 
 
 def _files(use: Sequence[str | Path | ModuleType | UserScore]) -> tuple[str, ...]:

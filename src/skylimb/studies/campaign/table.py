@@ -51,19 +51,17 @@ def _digest(campaign: Campaign, rows: Sequence[Row]) -> bytes:
     return hashlib.sha256(text.encode()).hexdigest().encode()
 
 
-def read_table(path: Path, campaign: Campaign) -> tuple[list[Row], int]:
-    """The rows of a table, and how many are damaged; no file is an empty table.
+def read_table(path: Path, campaign: Campaign) -> tuple[list[Row], bool]:
+    """The rows of a table, and whether it is damaged; no file is an empty table.
 
     Where the file cannot be read, or holds something else than was written for this campaign, nothing in it
     can be trusted.
     """
     if not path.is_file():
-        return [], 0
-    count = 1
+        return [], False
     try:
-        count = pq.read_metadata(path).num_rows
         table = pq.read_table(path, page_checksum_verification=True)
         rows, digest = table.to_pylist(), (table.schema.metadata or {}).get(_DIGEST)
     except (pa.ArrowException, OSError, UnicodeDecodeError):
-        return [], count
-    return (rows, 0) if digest == _digest(campaign, rows) else ([], count)
+        return [], True
+    return (rows, False) if digest == _digest(campaign, rows) else ([], True)

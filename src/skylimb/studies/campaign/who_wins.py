@@ -21,13 +21,18 @@ def shown_ranks(ranks: Sequence[int]) -> list[int]:
     return list(ranks) if len(set(ranks)) > 1 else [0] * len(ranks)
 
 
-def verdicts(summary: Summary) -> list[str]:
-    """Who is first, in words, for each thing that is ranked; silent where all share the first rank."""
+def verdicts(summary: Summary, aim: str) -> list[str]:
+    """Who is first, in words, for each thing that is ranked; silent where all share the first rank.
+
+    Args:
+        summary: of the campaign.
+        aim: what a controller is good at that has many successes.
+    """
     scores, names = summary.scores, summary.scores.controllers
     said = []
     for key, ranks in summary.ranks.items():
         first = [style.label(name) for name, place in zip(names, ranks, strict=True) if place == 1]
-        what = "finishing" if key == "success" else within(scores.declared[key].text(summary.axes))
+        what = aim if key == "success" else within(scores.declared[key].text(summary.axes))
         what = what.removesuffix(" (truth)")
         if len(first) < len(names):
             verb = "are level and lead" if len(first) > 1 else "leads"
@@ -60,8 +65,12 @@ def draws_needed_for(summary: Summary, score: str) -> list[str]:
 def fails_where(summary: Summary, name: str, failure: str) -> str:
     """Where in what was drawn a controller fails, in words; `failure` is what that is called."""
     rate, region = summary.rates[name], summary.regions[name]
+    if not rate.draws:
+        return "nothing was flown"
     if rate.successes == rate.draws:
         return f"no {failure}"
+    if rate.successes == 0:
+        return f"all {rate.draws} fail"
     if region is None:
         return f"{rate.draws - rate.successes} of {rate.draws} fail; no parameter tells where"
     conditions = " and ".join(str(condition) for condition in region.conditions)

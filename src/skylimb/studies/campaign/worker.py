@@ -21,9 +21,10 @@ from skylimb.analysis.recording.versions import versions
 from skylimb.analysis.scores.registry import measured
 from skylimb.analysis.scores.user_scores import scored
 from skylimb.base.errors import CompileError, ConfigError, SkylimbError
+from skylimb.control.controller import Controller
 from skylimb.control.loop.flight import Flight
 from skylimb.flight.drivers.native import fly_native, unavailable
-from skylimb.flight.experiments.experiment import robot_of
+from skylimb.flight.experiments.experiment import Experiment, robot_of
 from skylimb.flight.flying import fly_here
 from skylimb.flight.simulated_run import simulated_run, with_origin
 from skylimb.flight.takeoff import Takeoff, prepare
@@ -84,6 +85,17 @@ def fly_jobs(campaign: str, jobs: Sequence[Job]) -> list[Flown]:
         return _worker(campaign).fly(jobs)
 
 
+def ready(experiment: Experiment, controller: Controller) -> Takeoff:
+    """What the flight of a draw needs to take off, checked.
+
+    Raises:
+        SkylimbError: when the controller cannot fly it.
+    """
+    with warnings.catch_warnings():  # of a doubtful draw its row tells what came of it
+        warnings.simplefilter("ignore", UserWarning)
+        return prepare(experiment, robot_of(experiment), controller)
+
+
 class Worker:
     """A campaign's robot and controllers, loaded once."""
 
@@ -125,9 +137,7 @@ class Worker:
             robot = robot_of(experiment)
             gains = {**campaign.gains_of(drawn, name), **dict(job.gains)}
             controller = self._controller(name, robot, json.dumps(gains, sort_keys=True))
-            with warnings.catch_warnings():  # of a doubtful draw its row tells what came of it
-                warnings.simplefilter("ignore", UserWarning)
-                return prepare(experiment, robot, controller)
+            return ready(experiment, controller)
         except CompileError:
             raise  # says something of this machine, nothing of the draw
         except SkylimbError as error:

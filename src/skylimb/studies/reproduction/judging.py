@@ -12,7 +12,7 @@ from skylimb.analysis.paper.claims import CLAIMS, PaperClaim
 from skylimb.analysis.paper.numbers import PUBLISHED, published
 from skylimb.studies.campaign.frozen import Campaign
 from skylimb.studies.campaign.rows import OK, REFUSED, Row
-from skylimb.studies.campaign.statistics import success_rate
+from skylimb.studies.campaign.statistics import refusal, success_rate
 from skylimb.studies.reproduction.prior import Prior
 from skylimb.studies.reproduction.result import (
     BESIDE,
@@ -72,11 +72,7 @@ def judge(prior: Prior, campaign: Campaign, rows: Mapping[int, Row]) -> Result:
         [_ratio(draws, *ratio) for ratio in RATIOS],
         [_judge(claim, draws, read_as) for claim in CLAIMS.values()],
         _failures(draws),
-        {
-            index: group[names[0]]["cause"]
-            for index, group in enumerate(draws)
-            if any(row["status"] == REFUSED for row in group.values())
-        },
+        {index: cause for index, group in enumerate(draws) if (cause := refusal(group.values()))},
         {
             (name, key): correlations(columns, _column(draws, name, key))
             for key in (*NUMBERS, *BESIDE)

@@ -113,7 +113,7 @@ class Result:
         ratios: of two controllers' numbers, those of `judging.RATIOS`.
         claims: in the paper's order.
         failures: controller -> cause -> flights.
-        refused: draws that nobody can fly -> cause; they count as lost in every claim.
+        refused: draws that some controller cannot fly -> cause; they count as lost in every claim.
         sensitivity: (controller, key) -> unknown -> rank correlation.
         nearest: draws, nearest first.
     """

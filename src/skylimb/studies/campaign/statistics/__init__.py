@@ -8,7 +8,7 @@ from skylimb.studies.campaign.statistics.intervals import LEVEL, Rate, success_r
 from skylimb.studies.campaign.statistics.paired import Paired, compare_paired
 from skylimb.studies.campaign.statistics.ranking import level_of_pair, rank
 from skylimb.studies.campaign.statistics.regions import Region, failure_region, parameters_by_information
-from skylimb.studies.campaign.statistics.scores import Scores, is_success, scores_of
+from skylimb.studies.campaign.statistics.scores import Scores, is_success, refusal, scores_of
 from skylimb.studies.campaign.statistics.sign_test import draws_needed, fewest_draws
 
 __all__ = [
@@ -25,6 +25,7 @@ __all__ = [
     "level_of_pair",
     "parameters_by_information",
     "rank",
+    "refusal",
     "scores_of",
     "success_rate",
 ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -25,7 +25,7 @@ class Scores:
         finished: whether each flight came to its end, (n, controllers).
         metrics: name -> values, NaN where there is none, (n, controllers).
         parameters: name -> what was drawn, (n,).
-        refused: draws that nobody can fly, with the cause; they are in none of the arrays.
+        refused: draws that some controller cannot fly, with the cause; they are in none of the arrays.
         declared: what each metric is, by name.
         units: of the parameters that have one, by name.
     """
@@ -71,11 +71,7 @@ def scores_of(campaign: Campaign, rows: Mapping[int, Row], draws: int | None = N
         for index in range(last)
         if all(campaign.flight(index, c) in rows for c in range(count))
     ]
-    refused = {
-        group[0]["draw"]: next(row["cause"] for row in group if row["status"] == REFUSED)
-        for group in complete
-        if any(row["status"] == REFUSED for row in group)
-    }
+    refused = {group[0]["draw"]: cause for group in complete if (cause := refusal(group))}
     flown = [group for group in complete if group[0]["draw"] not in refused]
 
     def table(value: Callable[[Row], Any], kind: type) -> np.ndarray:
@@ -94,6 +90,19 @@ def scores_of(campaign: Campaign, rows: Mapping[int, Row], draws: int | None = N
         refused,
         campaign.spec.scores,
     )
+
+
+def refusal(group: Collection[Row]) -> str:
+    """Why a draw cannot be flown, and by whom where others can; empty where everybody can.
+
+    Args:
+        group: the row of each controller.
+    """
+    refusing = [row for row in group if row["status"] == REFUSED]
+    if not refusing:
+        return ""
+    names = ", ".join(row["controller"] for row in refusing)
+    return refusing[0]["cause"] if len(refusing) == len(group) else f"{names}: {refusing[0]['cause']}"
 
 
 def is_success(campaign: Campaign, row: Row) -> bool:
