@@ -45,7 +45,17 @@ JOINT = {"kind": "joint", "time": 0.5, "joint": "joint2", "strength": 0.0, "dura
 TICK = {"kind": "tick", "time": 0.6, "duration": 0.05}
 WIND = {"kind": "wind", "time": 0.5, "duration": 0.6, "velocity": [0.0, 4.0, 0.0]}
 BODY = {"kind": "body", "time": 0.5, "mass": 0.1, "point": [0.2, 0.0, 0.05], "pen": 0.02}
-SENSOR = {"kind": "sensor", "time": 0.8, "capture": "disordered", "late": 0.02, "duration": 0.3}
+SENSOR = {
+    "kind": "sensor",
+    "time": 0.8,
+    "duration": 0.3,
+    "capture": "disordered",
+    "late": 0.02,
+    "velocity": 0.5,
+    "rates": -1.0,
+    "joint": "joint2",
+    "stuck": "encoder",
+}
 _EACH = GAIN, PUSH, SURFACE, ROTOR, JOINT, TICK, WIND, BODY, SENSOR
 EVENTS: dict[str, dict[str, Any]] = {str(one["kind"]): one for one in _EACH}
 

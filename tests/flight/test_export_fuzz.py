@@ -11,27 +11,29 @@ import pytest
 import skylimb
 from skylimb.flight.export import export_c
 
-FUZZ = Path(__file__).parents[1] / "helpers" / "fuzz.c"
+HELPERS = Path(__file__).parents[1] / "helpers"
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off")
 SANITIZERS = ("-O0", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)]
 
 
-def fuzzed(compiler: str, name: str, folder: Path, flags: tuple[str, ...], ticks: int) -> list[int]:
-    """Ticks in each mode."""
+def ran(
+    program: str, compiler: str, name: str, folder: Path, flags: tuple[str, ...], count: int
+) -> list[int]:
+    """What a helper in C counts in each mode."""
     made = folder / "c"
     export_c(skylimb.load_controller(name, skylimb.load_robot("hydrus_xi_quad")), made)
-    sources = [FUZZ, made / "controller.c", made / "controller_function.c"]
-    built = [compiler, *STRICT, *flags, f"-I{made}", *map(str, sources), "-o", str(folder / "fuzz"), "-lm"]
+    sources = [HELPERS / f"{program}.c", made / "controller.c", made / "controller_function.c"]
+    built = [compiler, *STRICT, *flags, f"-I{made}", *map(str, sources), "-o", str(folder / program), "-lm"]
     subprocess.run(built, check=True, capture_output=True)
-    done = subprocess.run([folder / "fuzz", str(ticks), "7"], check=False, capture_output=True, text=True)
+    done = subprocess.run([folder / program, str(count), "7"], check=False, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     return list(map(int, done.stdout.split()))
 
 
 @pytest.mark.skipif(not COMPILERS, reason="no gcc or clang on this machine")
 def test_commands_stay_within_limits(tmp_path: Path) -> None:
-    modes = fuzzed(COMPILERS[0], "hybrid", tmp_path, SANITIZERS, 50_000)
+    modes = ran("fuzz", COMPILERS[0], "hybrid", tmp_path, SANITIZERS, 50_000)
     assert sum(modes) == 50_000
     assert min(modes) > 100
 
@@ -40,9 +42,17 @@ def test_commands_stay_within_limits(tmp_path: Path) -> None:
 @pytest.mark.parametrize("compiler", COMPILERS)
 @pytest.mark.parametrize("name", ["hybrid", "following", "drawing"])
 def test_a_million_ticks(compiler: str, name: str, tmp_path: Path) -> None:
-    modes = fuzzed(compiler, name, tmp_path, ("-O2",), 1_000_000)
+    modes = ran("fuzz", compiler, name, tmp_path, ("-O2",), 1_000_000)
     assert sum(modes) == 1_000_000
     assert min(modes) > 1000
+
+
+@pytest.mark.skipif(not COMPILERS, reason="no gcc or clang on this machine")
+def test_a_fault_that_lasts_ends_in_its_mode_in_time_after_any_history(tmp_path: Path) -> None:
+    """After clocks that are set, poses that jump and late ticks; `test_sequences.py` has it of Python."""
+    modes = ran("lasting", COMPILERS[0], "hybrid", tmp_path, SANITIZERS, 300)
+    assert modes[:2] == [0, 0]
+    assert sum(modes) == 300
 
 
 @pytest.mark.skipif(not COMPILERS, reason="no gcc or clang on this machine")

@@ -186,6 +186,32 @@ def test_frames_that_come_far_too_late_are_flown_back_with() -> None:
     assert float(run.log.tilt.max()) < 0.26
 
 
+@pytest.mark.parametrize(("late", "mode", "status"), [(0.05, 1.0, "OK"), (0.1, 2.0, "FAILED")])
+@pytest.mark.parametrize("controller", ["following", "drawing"])
+def test_frames_whose_stamps_say_that_they_come_late_are_believed_where_nobody_looks_closer(
+    late: float, mode: float, status: str, controller: str
+) -> None:
+    """Both were lost 1.6 to 3 s later: .1 s is flown back with, and .05 s flown on."""
+    fault = {"kind": "sensor", "time": 2.5, "late": late}
+    run = skylimb.run("paper", controller, set={**LOOKED_AT, "supervisor.losses": False, "events": [fault]})
+    assert float(run.log.supervisor_mode.max()) == mode
+    assert float(run.log.lateness_estimate[-1]) == late
+    assert run.status == status
+    assert float(run.log.tilt.max()) < 0.26
+    assert float(run.log.time[-1]) > 6.0
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [{"stamp": 0.3}, {"stamp": -0.3, "duration": 0.5}, {"stamp": 2.0}, {"capture": "lost", "duration": 0.3}],
+)
+def test_a_clock_that_is_set_and_frames_that_are_lost_say_of_none_that_it_is_late(fault: Any) -> None:
+    event = {"kind": "sensor", "time": 2.5, **fault}
+    run = skylimb.run("paper", "following", set={**SETTLED, "supervisor.on": True, "events": [event]})
+    assert not run.log.lateness_estimate.any()
+    assert float(run.log.supervisor_mode.max()) < 2.0
+
+
 def test_a_robot_that_sees_nothing_any_more_sinks_level_and_then_stops() -> None:
     begin = 450
     blind = Guarded(begin, 10**6)

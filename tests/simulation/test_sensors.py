@@ -11,10 +11,13 @@ from skylimb.simulation.sensors import (
     frame_ages,
     history_depth,
     initial_sensor_state,
+    no_failure,
     sense,
 )
 
 SILENT = SensorNoise(np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(4))
+
+WORKS = no_failure(7)
 
 
 def root_at(t: float) -> np.ndarray:
@@ -29,10 +32,10 @@ def test_a_measurement_is_the_past_by_the_frames_age(rate: float, latency: float
     dt, config = 0.005, SensorConfig(rate=rate, latency=latency)
     times = np.arange(60) * dt
     ages = frame_ages(config, times)
-    state = initial_sensor_state(config, dt, root_at(0.0))
+    state = initial_sensor_state(config, dt, root_at(0.0), np.zeros(7))
     assert len(state.history) == history_depth(config, dt)
     for t, age in zip(times, ages, strict=True):
-        state, seen = sense(state, root_at(t), np.zeros(3), np.zeros(4), age, SILENT, dt)
+        state, seen = sense(state, root_at(t), np.zeros(3), np.zeros(4), age, SILENT, dt, WORKS)
         assert seen.position[0] == pytest.approx(max(t - age, 0.0), abs=dt * 0.2 if t < age + dt else 1e-9)
         assert np.linalg.norm(seen.quaternion) == pytest.approx(1.0)
 
@@ -57,10 +60,10 @@ def test_noise_has_the_asked_deviation_and_keeps_with_its_frame() -> None:
 
 def test_misalignment_turns_the_measured_attitude() -> None:
     config = SensorConfig(rate=0.0, latency=0.0, attitude_noise=0.0, attitude_misalignment=(0.01, 0.0, 0.0))
-    state = initial_sensor_state(config, 0.005, root_at(0.0))
+    state = initial_sensor_state(config, 0.005, root_at(0.0), np.zeros(7))
     errors = draw_noise(config, np.zeros(1), 3, 4, np.random.default_rng(0))
     row = SensorNoise(*(entry[0] for entry in errors))
-    _, seen = sense(state, root_at(0.0), np.zeros(3), np.zeros(4), 0.0, row, 0.005)
+    _, seen = sense(state, root_at(0.0), np.zeros(3), np.zeros(4), 0.0, row, 0.005, WORKS)
     np.testing.assert_allclose(seen.quaternion, [np.cos(0.005), np.sin(0.005), 0.0, 0.0], atol=1e-7)
 
 
@@ -84,8 +87,8 @@ def test_the_history_is_as_deep_as_the_oldest_state_needs(rate: float, latency: 
 def test_errors_are_added_to_the_encoders() -> None:
     noise = SensorNoise(*(np.full(n, 0.01 * k) for k, n in enumerate((3, 3, 3, 3, 2, 4), 1)))
     root = np.array([*np.zeros(3), 1.0, *np.zeros(9)])
-    state = initial_sensor_state(SensorConfig(rate=0.0, latency=0.0), 0.005, root)
-    _, seen = sense(state, root, np.ones(2), np.ones(4), 0.0, noise, 0.005)
+    state = initial_sensor_state(SensorConfig(rate=0.0, latency=0.0), 0.005, root, np.zeros(6))
+    _, seen = sense(state, root, np.ones(2), np.ones(4), 0.0, noise, 0.005, no_failure(6))
     np.testing.assert_allclose(seen.joint_angles, 1.05)
     np.testing.assert_allclose(seen.vectoring_angles, 1.06)
     np.testing.assert_allclose(seen.position, 0.01)

@@ -30,7 +30,7 @@ from skylimb.flight.loading import Use, plan_flights
 from skylimb.flight.plan import FlightPlan, checked
 from skylimb.robots.model import Robot
 from skylimb.simulation.plant import Plant, build_plant, initial_data
-from skylimb.simulation.plant_tick import rotor_scales
+from skylimb.simulation.plant_tick import at_rest, rotor_scales
 from skylimb.simulation.robot_bodies import TIP_SITE
 from skylimb.simulation.rows import FlightRows, flight_rows
 from skylimb.simulation.sensors import SensorConfig
@@ -63,14 +63,14 @@ class Takeoff(FlightPlan):
     @property
     def initial_tick_state(self) -> Any:
         """Sensors, controller and mission clock before the first tick, as a record."""
-        sensors, root = self.remembering, self._of(_root, self.start)
-        return self._of(initial_tick_state, self._traced_controller, self.plant, sensors, root, self.period)
+        sensors, rest = self.remembering, self._of(at_rest, self.plant, self.start)
+        return self._of(initial_tick_state, self._traced_controller, self.plant, sensors, rest, self.period)
 
     @property
     def tick(self) -> CompiledTick:
         """The compiled tick; only for a controller that can be traced."""
-        sensors, root = self.remembering, self._of(_root, self.start)
-        return self._of(compile_tick, self._traced_controller, self.plant, sensors, root, self.period)
+        sensors, rest = self.remembering, self._of(at_rest, self.plant, self.start)
+        return self._of(compile_tick, self._traced_controller, self.plant, sensors, rest, self.period)
 
     @property
     def compiled(self) -> bool:
@@ -191,8 +191,3 @@ def take_off(
 def prepare(experiment: Experiment, robot: Robot, controller: Controller) -> Takeoff:
     """Plan and plant of an experiment, checked."""
     return simulated(checked(FlightPlan(experiment, robot, controller)))
-
-
-def _root(start: mujoco.MjData) -> np.ndarray:
-    """Pose and twist of the root link before take-off, (13,)."""
-    return np.concatenate([start.qpos[0:7], start.qvel[0:6]])

@@ -32,6 +32,11 @@ class PlantOutputs(NamedTuple):
     history: Any
 
 
+def at_rest(plant: Plant, data: mujoco.MjData) -> tuple[np.ndarray, np.ndarray]:
+    """What sensors know before the first tick: pose and twist of the root link, (13,), and all angles."""
+    return np.concatenate([data.qpos[0:7], data.qvel[0:6]]), data.qpos[plant.places]
+
+
 def sense_plant(
     plant: Plant, state: SensorState, outputs: PlantOutputs, row: TickRow, dt: float
 ) -> tuple[SensorState, Measurement]:
@@ -43,8 +48,7 @@ def sense_plant(
     if state.imu:
         motion = imu_motion(robot, root, joints, vectoring, outputs.qvel[plant.dofs])
         imu = motion, robot.description.gravity, row.imu_age
-    frame = row.age, row.noise, dt, row.held, imu, row.stamp, row.frozen
-    return sense(state, root, joints, vectoring, *frame)
+    return sense(state, root, joints, vectoring, row.age, row.noise, dt, row.failure, imu)
 
 
 def plant_signals(

@@ -14,7 +14,14 @@ from skylimb.control.missions.mission import Mission
 from skylimb.control.missions.reference import Reference, zero_reference
 from skylimb.control.missions.table import Window, reference_table
 from skylimb.robots.model import Robot
-from skylimb.simulation.sensors import SensorConfig, SensorNoise, draw_noise, frame_ages
+from skylimb.simulation.sensors import (
+    SensorConfig,
+    SensorFailure,
+    SensorNoise,
+    draw_noise,
+    frame_ages,
+    no_failure,
+)
 
 
 class TickRow(NamedTuple):
@@ -22,9 +29,7 @@ class TickRow(NamedTuple):
 
     Attributes:
         age: of the motion capture's frame, s.
-        held: 1 where no frame comes, and the last one is seen still.
-        frozen: 1 where frames come that show what the last one did.
-        stamp: by which the frame's stamp is older than the frame, s.
+        failure: of the sensors.
         late: 1 where the controller comes too late, of which only a supervisor knows.
         imu_age: of what the IMU says, s.
         noise: errors of the sensors.
@@ -32,9 +37,7 @@ class TickRow(NamedTuple):
     """
 
     age: Any
-    held: Any
-    frozen: Any
-    stamp: Any
+    failure: SensorFailure
     late: Any
     imu_age: Any
     noise: SensorNoise
@@ -45,7 +48,7 @@ def row_layout(robot: Robot) -> Layout[TickRow]:
     """Layout of a `TickRow` for this robot."""
     z3, nq, nv = np.zeros(3), robot.n_joints, robot.n_vectoring
     noise = SensorNoise(z3, z3, z3, z3, np.zeros(nq), np.zeros(nv))
-    return Layout(TickRow(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, noise, np.ones(robot.n_rotors)))
+    return Layout(TickRow(0.0, no_failure(nq + nv), 0.0, 0.0, noise, np.ones(robot.n_rotors)))
 
 
 @functools.lru_cache(maxsize=16)
@@ -101,10 +104,11 @@ def flight_rows(
     times = mission.flight_times(window.paced)
     rng = np.random.default_rng(seed)
     noise = draw_noise(sensors, times, robot.n_joints, robot.n_vectoring, rng)
-    none = np.zeros(len(times))
+    none, works = np.zeros(len(times)), no_failure(robot.n_joints + robot.n_vectoring)
+    failure = SensorFailure(*(np.zeros((len(times), *np.shape(each))) for each in works))
     imu_ages = np.full(len(times), sensors.imu.latency)
     scales = np.broadcast_to(thrust_scales, (len(times), robot.n_rotors))
-    known = TickRow(frame_ages(sensors, times), none, none, none, none, imu_ages, noise, scales)
+    known = TickRow(frame_ages(sensors, times), failure, none, imu_ages, noise, scales)
     ticks = pack_rows(row_layout(robot), known, len(times))
     return FlightRows(
         ticks, reference_table(mission, reference_layout(robot), window), len(mission.times) - 1

@@ -76,18 +76,49 @@ class SensorNoise(NamedTuple):
     accelerometer: Array = np.zeros(3)
 
 
+class SensorFailure(NamedTuple):
+    """How the sensors fail at a tick; all 0 where they do not.
+
+    Attributes:
+        held: 1 where no frame comes, and the last one is seen still.
+        frozen: 1 where a frame comes that shows what the last one did.
+        stamp: by which the frame's stamp is older than the frame, s.
+        velocity: what is added to the share of the true velocity that is seen, 1.
+        rates: likewise of the rates.
+        stuck_velocity: 1 where the velocity that is seen stays what it was.
+        stuck_rates: 1 where the rates do.
+        stuck_angles: 1 for each encoder that stays, of shape and vectoring joints, (n_joints + nv,).
+    """
+
+    held: Any
+    frozen: Any
+    stamp: Any
+    velocity: Any
+    rates: Any
+    stuck_velocity: Any
+    stuck_rates: Any
+    stuck_angles: Array
+
+
+def no_failure(encoders: int) -> SensorFailure:
+    """Sensors that work, of a robot of so many encoders."""
+    return SensorFailure(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, np.zeros(encoders))
+
+
 class SensorState(NamedTuple):
     """What a tick hands on to the next.
 
     Attributes:
         history: true root pose and twist at the last ticks, newest first, each (13,).
         shown: pose and twist of the frame that was seen last, (13,).
+        angles: that the encoders showed last, (n_joints + nv,).
         age: of that frame, s.
         imu: of the IMU, where there is one.
     """
 
     history: tuple[Array, ...]
     shown: Array
+    angles: Array
     age: Any
     imu: ImuState | tuple[()] = ()
 
@@ -102,11 +133,22 @@ def history_depth(config: SensorConfig, dt: float) -> int:
     return math.ceil(oldest / dt - 1e-9) + 1
 
 
-def initial_sensor_state(config: SensorConfig, dt: float, root: np.ndarray) -> SensorState:
-    """A robot that has been at rest in this root state, (13,), for as long as the history goes back."""
+def initial_sensor_state(
+    config: SensorConfig, dt: float, root: np.ndarray, angles: np.ndarray
+) -> SensorState:
+    """A robot that has been at rest for as long as the history goes back.
+
+    Args:
+        config: of the sensors.
+        dt: control period, s.
+        root: pose and twist of the measured link, (13,).
+        angles: of shape and vectoring joints, rad.
+    """
     past = np.asarray(root, dtype=float)
     history = (past,) * history_depth(config, dt)
-    return SensorState(history, past, config.latency, initial_imu_state(config.imu, dt))
+    return SensorState(
+        history, past, np.asarray(angles, dtype=float), config.latency, initial_imu_state(config.imu, dt)
+    )
 
 
 def frame_numbers(config: SensorConfig, times: np.ndarray) -> np.ndarray:
@@ -154,10 +196,8 @@ def sense(
     age: Any,
     noise: SensorNoise,
     dt: float,
-    held: Any = 0.0,
+    failure: SensorFailure,
     imu: tuple[ImuMotion, float, Any] | None = None,
-    stamp: Any = 0.0,
-    frozen: Any = 0.0,
 ) -> tuple[SensorState, Measurement]:
     """What the sensors say at this tick.
 
@@ -169,10 +209,8 @@ def sense(
         age: of the frame seen now, s.
         noise: errors of this tick.
         dt: control period, s.
-        held: 1 where no frame comes, and the last one is seen still.
+        failure: of this tick.
         imu: how the IMU moves, gravity (m/s^2), and the age of what it says, s.
-        stamp: by which the frame's stamp is older than the frame, s.
-        frozen: 1 where a frame comes that shows what the last one did.
     """
     rows = (root, *state.history[:-1])
     seen = between(rows, age * (1.0 / dt))
@@ -180,20 +218,26 @@ def sense(
     error = noise.attitude
     turned = quaternion_product(quaternion, vector(1.0, 0.5 * error[0], 0.5 * error[1], 0.5 * error[2]))
     turned = turned / (1.0 + 0.25 * (error[0] ** 2 + error[1] ** 2 + error[2] ** 2)) ** 0.5
-    velocity, omega = seen[7:10] + noise.velocity, seen[10:13] + noise.angular_velocity
+    velocity = (1.0 + failure.velocity) * seen[7:10] + noise.velocity
+    velocity = where(failure.stuck_velocity > 0.5, state.shown[7:10], velocity)
+    omega = (1.0 + failure.rates) * seen[10:13] + noise.angular_velocity
+    omega = where(failure.stuck_rates > 0.5, state.shown[10:13], omega)
     fresh = stack(seen[0:3] + noise.position, turned, velocity, omega)
-    shown = where(held + frozen > 0.5, state.shown, fresh)
-    age = where(held > 0.5, state.age + dt, age)
+    shown = where(failure.held + failure.frozen > 0.5, state.shown, fresh)
+    age = where(failure.held > 0.5, state.age + dt, age)
+    angles = stack(joint_angles + noise.joint_angles, vectoring_angles + noise.vectoring_angles)
+    angles = where(failure.stuck_angles > 0.5, state.angles, angles)
+    joints = noise.joint_angles.shape[0]
     measurement = Measurement(
         position=shown[0:3],
         quaternion=shown[3:7],
         velocity=shown[7:10],
         angular_velocity=shown[10:13],
-        joint_angles=joint_angles + noise.joint_angles,
-        vectoring_angles=vectoring_angles + noise.vectoring_angles,
-        capture_age=age + stamp,
+        joint_angles=angles[:joints],
+        vectoring_angles=angles[joints:],
+        capture_age=age + failure.stamp,
     )
-    state = SensorState(rows, shown, age, state.imu)
+    state = SensorState(rows, shown, angles, age, state.imu)
     if imu is None or not isinstance(state.imu, ImuState):
         return state, measurement
     felt, said = sense_imu(state.imu, *imu, (noise.gyro, noise.accelerometer), dt)

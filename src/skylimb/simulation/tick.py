@@ -74,7 +74,11 @@ class CompiledTick:
 
 
 def initial_tick_state(
-    controller: TraceableController, plant: Plant, sensors: SensorConfig, root: np.ndarray, dt: float
+    controller: TraceableController,
+    plant: Plant,
+    sensors: SensorConfig,
+    rest: tuple[np.ndarray, np.ndarray],
+    dt: float,
 ) -> Any:
     """Sensors, controller, mission clock and the robot's rates before the first tick.
 
@@ -82,11 +86,11 @@ def initial_tick_state(
         controller: what flies.
         plant: what it flies.
         sensors: rate and latency give the depth of the history.
-        root: pose and twist of the measured link before take-off, (13,).
+        rest: `plant_tick.at_rest` before take-off.
         dt: control period, s.
     """
     clock = start_of_mission() if needs_of(controller).paced else ()
-    return initial_sensor_state(sensors, dt, root), controller.initial_state(), clock, initial_rates(plant)
+    return initial_sensor_state(sensors, dt, *rest), controller.initial_state(), clock, initial_rates(plant)
 
 
 _traced: OrderedDict[tuple[Any, ...], CompiledTick] = OrderedDict()
@@ -94,7 +98,11 @@ _MOST_TRACED = 64
 
 
 def compile_tick(
-    controller: TraceableController, plant: Plant, sensors: SensorConfig, root: np.ndarray, dt: float
+    controller: TraceableController,
+    plant: Plant,
+    sensors: SensorConfig,
+    rest: tuple[np.ndarray, np.ndarray],
+    dt: float,
 ) -> CompiledTick:
     """Trace the whole tick with symbols and make one function of it.
 
@@ -105,14 +113,14 @@ def compile_tick(
         controller: one that can be traced.
         plant: what it flies; only addresses and limits are taken from it.
         sensors: rate and latency give the depth of the history.
-        root: pose and twist of the measured link before take-off, (13,).
+        rest: `plant_tick.at_rest` before take-off.
         dt: control period, s.
     """
     check_measured_link(plant)
     controller.require(dt)
     needs = needs_of(controller)
     window = window_of(needs.preview, needs.paced, dt)
-    initial = initial_tick_state(controller, plant, sensors, root, dt)
+    initial = initial_tick_state(controller, plant, sensors, rest, dt)
     key = _structure(controller, plant, initial, window, dt)
     if key not in _traced:
         _traced[key] = _trace(controller, plant, initial, window, dt)

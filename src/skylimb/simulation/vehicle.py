@@ -17,6 +17,7 @@ from skylimb.simulation.engine_warnings import raised_warnings
 from skylimb.simulation.plant import Plant
 from skylimb.simulation.plant_tick import (
     PlantOutputs,
+    at_rest,
     check_measured_link,
     drive_plant,
     initial_rates,
@@ -157,7 +158,7 @@ def _sensors(
     plant: Plant, config: SensorConfig, data: mujoco.MjData, dt: float
 ) -> tuple[ca.Function, np.ndarray]:
     """The sensors alone as a function, and their state before the first tick."""
-    initial = initial_sensor_state(config, dt, np.concatenate([data.qpos[0:7], data.qvel[0:6]]))
+    initial = initial_sensor_state(config, dt, *at_rest(plant, data))
     states, rows = Layout(initial), row_layout(plant.robot)
     x, row, outputs = (
         ca.SX.sym("state", states.size),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from skylimb.apps.ros.states import (
     Seen,
 )
 from skylimb.apps.ros.transitions import advance
+from skylimb.flight.realtime.landing import STANDS
 
 LIMITS = FlightLimits()
 HERE = np.array([1.0, 2.0, 0.2])
@@ -124,24 +126,38 @@ def test_low_battery_lands(state: FlightState) -> None:
 
 
 def test_a_landing_stops_only_a_robot_that_stands() -> None:
-    landing = at(FlightState.LAND, height=0.2, light=0.0)
-    below = HERE - [0.0, 0.0, 0.2]
-    for moving in (
-        seen(0.6, target=HERE),  # on its way back from a surface
-        seen(0.6, target=below, sinking=0.06),
-        seen(0.6, position=HERE - [0.0, 0.0, 0.03], target=below - 0.1),
-        seen(0.6, position=None, target=below),
-        seen(0.4, target=below),
-    ):
-        assert after(landing, replace(moving, light=True))[0].state == FlightState.LAND
-    assert after(landing, seen(0.6, target=below))[0].state == FlightState.LAND  # its rotors may carry it
-    short = at(FlightState.LAND, height=0.2, light=0.2)  # nor have they had the time to let it sink
-    assert after(short, seen(0.6, target=below, light=True))[0].state == FlightState.LAND
-    assert after(landing, seen(0.6, target=below, light=True))[0].state == FlightState.STOP
+    """What stands is what lands behind a link as well: `Standing`; on ROS it is led down, too."""
+    landing, below = at(FlightState.LAND), HERE - [0.0, 0.0, 0.2]
+
+    def ended(time: float, **values: Any) -> FlightState:
+        """The state after so long of this."""
+        ticks = (
+            seen(0.01 * k, **{"target": below, "light": True, **values}) for k in range(round(100 * time) + 1)
+        )
+        return after(landing, *ticks)[0].state
+
+    assert ended(STANDS + 0.01) == FlightState.STOP
+    assert ended(STANDS - 0.02) == FlightState.LAND
+    assert ended(2.0, light=False) == FlightState.LAND  # its rotors may carry it
+    assert ended(2.0, target=HERE) == FlightState.LAND  # on its way back from a surface
+    assert ended(2.0, target=None) == FlightState.LAND
+    assert ended(2.0, position=None) == FlightState.LAND
+    assert ended(2.0, sinking=0.06) == FlightState.LAND
+
+
+@pytest.mark.parametrize("jump", [0.3, 0.4])
+def test_a_robot_that_moved_while_it_seemed_to_stand_has_to_stand_anew(jump: float) -> None:
+    """Two looks half a second apart saw one height, and stopped the motors of one that had hopped between."""
+    landing, below, ended = at(FlightState.LAND), HERE - [0.0, 0.0, 0.2], 0
+    while landing.state == FlightState.LAND:
+        hops = [0.0, 0.0, 0.05 if jump <= 0.01 * ended < jump + 0.05 else 0.0]
+        landing, _ = after(landing, seen(0.01 * ended, position=HERE + hops, target=below, light=True))
+        ended += 1
+    assert 0.01 * (ended - 1) == pytest.approx(jump + 0.05 + STANDS, abs=0.015)
 
 
 def test_a_landing_takes_thrust_away_only_while_it_is_led_down_and_does_not_sink() -> None:
-    landing, below = at(FlightState.LAND, height=0.6), UP - [0.0, 0.0, 0.2]
+    landing, below = at(FlightState.LAND), UP - [0.0, 0.0, 0.2]
     stays, sinks = seen(0.1, position=UP, target=below), seen(0.2, position=UP, target=below, sinking=0.2)
     assert after(landing, stays)[0].eases
     assert after(landing, replace(stays, sinking=-0.5))[0].eases  # it climbs

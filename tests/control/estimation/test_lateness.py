@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -15,7 +17,9 @@ from skylimb.control.estimation.lateness import (
     SLOW,
     WARM,
     Lateness,
+    Stamped,
     lateness,
+    stamped,
 )
 from skylimb.control.estimation.records import BodyState
 from skylimb.control.late_gains import MOST
@@ -151,3 +155,66 @@ def test_slow_rotors_are_not_looked_for_where_the_stamps_tell_of_latency_or_the_
     found, late = slowness(0.0, late=0.05, said=0.05)
     assert found == 0.0
     assert late > 0.0
+
+
+def by_stamps(
+    made: Sequence[float], came: Sequence[float], until: float, steps: dict[float, float]
+) -> np.ndarray:
+    """What is believed at each tick of frames that were made and came at these times, s.
+
+    Args:
+        made: when each was.
+        came: when each did, in the same order.
+        until: the last tick, s.
+        steps: by how much the stamps' clock is set back, s, from when on.
+    """
+    state, found, frames = Stamped(), [], list(zip(came, made, strict=True))
+    for now in np.arange(0.0, until, DT):
+        seen = [taken for at, taken in frames if at <= now + 1e-9]
+        if seen:
+            off = sum(step for at, step in steps.items() if at <= now + 1e-9)
+            state, late = stamped(state, now - seen[-1] + off, 1.0, DT)
+            found.append(float(late))
+    return np.array(found)
+
+
+@pytest.mark.parametrize("rate", [200.0, 100.0, 60.0, 30.0, 10.0])
+@pytest.mark.parametrize("latency", [0.0, 0.01, 0.1])
+@pytest.mark.parametrize("step", [0.0, 0.3, -0.3, 2.0])
+def test_by_stamps_nothing_is_late_that_always_was_nor_what_a_clock_says_that_was_set(
+    rate: float, latency: float, step: float
+) -> None:
+    rng, made = np.random.default_rng(0), np.arange(0.0, 4.0, 1.0 / rate)
+    came = np.maximum.accumulate(made + latency + rng.uniform(0.0, 0.01, len(made)))
+    assert not by_stamps(list(made), list(came), 4.0, {2.0: step, 3.0: -step}).any()
+
+
+def test_by_stamps_frames_that_do_not_come_for_a_while_are_none_that_come_late() -> None:
+    made = [one for one in np.arange(0.0, 4.0, 0.01) if not 1.0 < one < 1.5]
+    assert not by_stamps(made, [one + 0.01 for one in made], 4.0, {}).any()
+
+
+@pytest.mark.parametrize("rate", [200.0, 100.0, 30.0])
+@pytest.mark.parametrize(("late", "believed"), [(0.02, 0.0), (0.05, 0.05), (0.075, 0.075), (0.1, 0.1)])
+def test_by_stamps_frames_that_come_later_are_believed_to_and_in_time_again(
+    rate: float, late: float, believed: float
+) -> None:
+    made = np.arange(0.0, 6.0, 1.0 / rate)
+    came = made + 0.01 + np.where((made > 2.0) & (made < 4.0), late, 0.0)
+    order = np.maximum.accumulate(came)
+    # Of a clock that is set nobody knows how far into a frame's time it was: with seldom frames that is much.
+    found = by_stamps(list(made), list(order), 6.0, {3.0: 0.3 if rate > 50.0 else 0.0})
+    at = {
+        now: found[round(now / DT) - len(np.arange(0.0, 6.0, DT)) + len(found)]
+        for now in (1.9, 2.6, 3.9, 5.5)
+    }
+    assert at == {1.9: 0.0, 2.6: believed, 3.9: believed, 5.5: 0.0}
+    assert found.max() == believed
+
+
+@pytest.mark.parametrize("bad", [np.nan, 1e9, -1e9, 1e300])
+def test_a_stamp_that_is_no_number_says_nothing(bad: float) -> None:
+    state = Stamped()
+    for k in range(400):
+        state, late = stamped(state, bad if k % 7 == 3 else 0.01, 1.0, DT)
+        assert late == 0.0

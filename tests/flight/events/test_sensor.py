@@ -7,6 +7,7 @@ import pytest
 
 import skylimb
 from short_flights import HOLD
+from skylimb.base.errors import SkylimbError
 from skylimb.base.rotations import rotation_from_quaternion, rotation_from_vector
 from skylimb.flight.events import SensorFault
 from skylimb.flight.takeoff import take_off
@@ -139,6 +140,89 @@ def test_an_encoder_is_off(joint: str, signal: str, index: int) -> None:
     np.testing.assert_allclose(off - right, 0.05 * (np.arange(len(off)) == index), atol=1e-12)
 
 
+@pytest.mark.parametrize("stuck", ["velocity", "rates", "twist"])
+def test_what_is_stuck_of_the_twist_stays_to_the_bit_beside_true_poses(stuck: str) -> None:
+    own = {"velocity": "velocity", "rates": "angular_velocity", "way": "position", "turn": "quaternion"}
+    # Frames come every second tick; their numbers differ by rounding between the two.
+    seen, frames = measured({"stuck": stuck, "duration": 0.1}), slice(ONSET // 2 - 1, ONSET // 2 + 9)
+    for key, name in own.items():
+        moved = np.any(np.diff(seen[name][1::2], axis=0), axis=1)
+        still = key in (stuck, *(("velocity", "rates") if stuck == "twist" else ()))
+        assert (moved[frames] != still).all(), name
+        assert moved[20 : frames.start].all()
+        assert moved[frames.stop :].all()
+
+
+@pytest.mark.parametrize(("key", "name"), [("velocity", "velocity"), ("rates", "angular_velocity")])
+@pytest.mark.parametrize("share", [0.5, -1.0])
+def test_a_twist_is_scaled_and_its_noise_is_not(key: str, name: str, share: float) -> None:
+    first = slice(ONSET, ONSET + 2)  # what its controller makes of it comes later
+    seen, none, right = (measured(*faults)[name] for faults in ([{key: share}], [{key: 0.0}], []))
+    true = right[first] - none[first]
+    np.testing.assert_allclose(seen[first], share * true + none[first], atol=1e-12)
+    assert none[first].all()
+    assert not measured({key: 0.0}, **QUIET)[name][first].any()
+    np.testing.assert_array_equal(seen[:ONSET], right[:ONSET])
+
+
+def test_an_encoder_is_stuck_and_comes_back() -> None:
+    events = [
+        {"kind": "sensor", "time": 1.0, "joint": joint, "stuck": "encoder", "duration": 0.1}
+        for joint in ("joint2", "gimbal_joint3")
+    ]
+    flight = skylimb.begin("free_flight", set={"events": events})
+    while flight.time < 1.2:
+        flight.tick()
+    for signal, index in (("joint", 1), ("vectoring", 2)):
+        moved = np.diff(flight.signal(f"{signal}_angles_measured"), axis=0) != 0.0
+        still = np.arange(moved.shape[1]) == index
+        assert (moved[ONSET - 1 : ONSET + 19] == ~still).all()
+        assert moved[: ONSET - 1].all()
+        assert moved[ONSET + 19 :].all()
+
+
+def test_an_encoder_that_is_stuck_from_take_off_on_shows_what_was_before() -> None:
+    event = {"kind": "sensor", "time": 0.0, "joint": "joint2", "stuck": "encoder"}
+    flights = [skylimb.begin("free_flight", set={"events": events}) for events in ([event], [])]
+    for flight in flights:
+        while flight.time < 0.1:
+            flight.tick()
+    seen, right = (flight.signal("joint_angles_measured")[:, 1] for flight in flights)
+    assert (seen == seen[0]).all()
+    assert 0.0 < abs(seen[0] - right[0]) < 5e-3  # without the noise
+
+
+def test_two_encoders_may_be_off_at_one_time_and_one_by_one_way_only() -> None:
+    def both(second: str) -> Any:
+        pairs = (("joint1", 0.05), (second, 0.1))
+        return [{"kind": "sensor", "time": 1.0, "joint": joint, "offset": off} for joint, off in pairs]
+
+    skylimb.begin("free_flight", set={"events": both("joint2")})
+    with pytest.raises(SkylimbError, match=r"contradict each other: joint1 offset to 0\.1 and to 0\.05"):
+        skylimb.begin("free_flight", set={"events": both("joint1")})
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"joint": "joint1"}, "joint .*needs an offset or stuck = 'encoder'"),
+        ({"stuck": "encoder"}, "joint .*needs an offset or stuck = 'encoder'"),
+        ({"joint": "joint1", "stuck": "rates"}, "joint .*needs an offset"),
+        ({"joint": "joint1", "stuck": "encoder", "offset": 0.1}, "offset .*stuck means nothing"),
+        ({"stuck": "twist", "rates": 0.5}, "rates .*beside stuck = 'twist'"),
+        ({"stuck": "velocity", "velocity": 0.5}, "velocity .*beside stuck = 'velocity'"),
+        ({"stuck": "rate"}, "did you mean 'rates'"),
+        ({"rates": float("nan")}, "rates"),
+        ({"velocity": 11.0}, "velocity"),
+        ({}, "changes nothing: give capture, late, .*velocity, rates, .*stuck, imu"),
+        ({"velocity": 1.0, "rates": 1.0}, "changes nothing"),
+    ],
+)
+def test_what_makes_no_sense_is_refused_by_name(values: dict[str, Any], words: str) -> None:
+    with pytest.raises(SkylimbError, match=words):
+        skylimb.begin("free_flight", set={"events": [{"kind": "sensor", "time": 1.0, **values}]})
+
+
 def test_sensors_remember_for_as_long_as_a_fault_looks_back() -> None:
     depths = []
     for events in ([], [{"kind": "sensor", "time": 1.0, "late": 0.1}]):
@@ -151,3 +235,5 @@ def test_what_it_is_called() -> None:
     fault = SensorFault(1.0, capture="lost", late=0.05, stamp=-0.3, joint="joint1", offset=0.1)
     words = "capture lost, capture 50 ms later, stamps -0.3 s older, encoder of joint1 0.1 rad off"
     assert fault.words == words
+    stuck = SensorFault(1.0, rates=0.5, joint="joint1", stuck="encoder", imu="lost")
+    assert stuck.words == "rates 0.5 times the true ones, encoder of joint1 stuck, IMU lost"

@@ -99,7 +99,7 @@ SECONDS = 2.0
         ),
         ([{**WIND, "profile": "storm"}], ["events.0.profile", "gust"]),
         ([{"kind": "sensor", "time": 1.0}], ["events.0.time", "changes nothing", "capture, late"]),
-        ([{"kind": "sensor", "time": 1.0, "joint": "joint1"}], ["events.0.offset", "needs a joint"]),
+        ([{"kind": "sensor", "time": 1.0, "joint": "joint1"}], ["events.0.joint", "needs an offset"]),
         ([{**ENCODER, "joint": "joint9"}], ["encoder of an event 'joint9'", "did you mean 'joint"]),
         ([{**ENCODER, "late": 0.195}], ["events.0.late = 0.195 s"]),
         ([{**ENCODER, "late": 0.19, "capture": "disordered"}], ["sensor at 1 s", "0.22 s old", "0.2 s"]),

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from skylimb.apps.ros.pad import Pad
-from skylimb.flight.realtime.landing import STANDS, WAY
 from skylimb.flight.realtime.preflight import StartLimits
 
 
@@ -19,8 +18,6 @@ class FlightLimits(StartLimits):
         settled_xy: distance from the target below which a take-off counts as settled, m.
         settled_z: the same of the height, m.
         settled_time: for which it has to be, s.
-        landed_time: between two looks at whether the robot stands, s.
-        landed_way: height lost in that time below which it may stand, m.
         landed_speed: speed down below which it may stand, m/s.
         landed_lead: how far the target has to be below a robot that stands, m; ours, so that none is stopped
             in the air on its way back from a surface.
@@ -52,8 +49,6 @@ class FlightLimits(StartLimits):
     settled_xy: float = 0.15
     settled_z: float = 0.05
     settled_time: float = 1.0
-    landed_time: float = STANDS
-    landed_way: float = WAY
     landed_speed: float = 0.05
     landed_lead: float = 0.1
     landed_sinking: float = 0.15

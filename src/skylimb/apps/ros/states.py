@@ -13,6 +13,7 @@ import numpy as np
 
 from skylimb.analysis.exchange.lab_topics import ORDERS
 from skylimb.flight.realtime.charge import Charge
+from skylimb.flight.realtime.landing import Standing
 
 
 class FlightState(IntEnum):
@@ -102,8 +103,7 @@ class Flying:
         since: when it began, s.
         origin: position at `start`, m, (3,).
         settled: since when a take-off has been near its target, s.
-        looked: when a landing was last looked at, s.
-        height: where it was then, m.
+        standing: since when a robot that is led down stands.
         eases: whether a landing that does not sink takes thrust away.
         light: since when the rotors have been told less than any robot flies with, s.
         blind: since when the position is not known, s.
@@ -116,8 +116,7 @@ class Flying:
     since: float = 0.0
     origin: np.ndarray | None = None
     settled: float = math.inf
-    looked: float = 0.0
-    height: float = math.inf
+    standing: Standing = field(default_factory=Standing)
     eases: bool = False
     light: float = math.inf
     blind: float = math.nan

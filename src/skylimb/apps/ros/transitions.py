@@ -22,6 +22,7 @@ import numpy as np
 
 from skylimb.apps.ros.limits import FlightLimits
 from skylimb.apps.ros.states import UNKNOWN_HEIGHT, Arming, FlightState, Flying, Order, Seen
+from skylimb.flight.realtime.landing import STANDS, Standing
 
 
 def advance(flying: Flying, seen: Seen, limits: FlightLimits) -> tuple[Flying, tuple[str, ...]]:
@@ -90,10 +91,8 @@ def _found_armed(flying: Flying, seen: Seen, limits: FlightLimits, said: list[st
 
 
 def _enter(flying: Flying, state: FlightState, seen: Seen) -> Flying:
-    height = math.inf if seen.position is None else float(seen.position[2])
     settled = seen.now if state == FlightState.TAKEOFF else flying.settled
-    begun = replace(flying, state=state, since=seen.now, settled=settled)
-    return replace(begun, looked=seen.now, height=height, eases=False)
+    return replace(flying, state=state, since=seen.now, settled=settled, standing=Standing(), eases=False)
 
 
 def _halt(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
@@ -170,18 +169,15 @@ def _in_takeoff(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str
 
 def _in_land(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
     height = None if seen.position is None else float(seen.position[2])
-    if height is not None and seen.target is None:  # it does not sink yet
-        return replace(flying, looked=seen.now, height=height, eases=False)
-    if height is None or seen.target is None:
+    if height is None:
         return _in_blind_land(flying, seen, limits, said)
+    if seen.target is None:  # it is not led down yet
+        return replace(flying, standing=Standing(), eases=False)
     leads = height - float(seen.target[2]) > limits.landed_lead
-    flying = replace(flying, eases=leads and seen.sinking < limits.landed_sinking)
-    if seen.now - flying.looked <= limits.landed_time:
-        return flying
-    still = abs(height - flying.height) < limits.landed_way and seen.sinking < limits.landed_speed
-    if leads and still and seen.now - flying.light > limits.landed_time:
+    standing = flying.standing.after(height, seen.light, seen.now)
+    if leads and standing.stands(seen.now) and seen.sinking < limits.landed_speed:
         return _enter(flying, FlightState.STOP, seen)
-    return replace(flying, looked=seen.now, height=height)
+    return replace(flying, standing=standing, eases=leads and seen.sinking < limits.landed_sinking)
 
 
 def _in_blind_land(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
@@ -195,13 +191,13 @@ def _in_blind_land(flying: Flying, seen: Seen, limits: FlightLimits, said: list[
     longest = 1.5 * fall + limits.blind_margin
     blind, light = seen.now - flying.blind, seen.now - flying.light
     falls = min(blind, light)
-    stands = falls > 0.5 * fall and min(seen.rest, light) > limits.landed_time
+    stands = falls > 0.5 * fall and min(seen.rest, light) > STANDS
     if stands or falls > longest:
         what = "the accelerometer feels the ground" if stands else f"it must be down after {falls:.1f} s"
         said.append(f"blind landing ends: {what}")
         return _enter(flying, FlightState.STOP, seen)
-    eases = blind > longest or (blind > 0.5 * fall and seen.rest > limits.landed_time)
-    return replace(flying, looked=seen.now, height=math.inf, eases=eases)
+    eases = blind > longest or (blind > 0.5 * fall and seen.rest > STANDS)
+    return replace(flying, standing=Standing(), eases=eases)
 
 
 def _in_stop(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:

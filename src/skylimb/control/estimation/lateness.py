@@ -12,6 +12,10 @@ of the believed ones, theirs is
 
 one latency later. A latency of 25 ms and a lag of 50 ms look much alike, so rotors are believed to be slow
 only where the stamps say that frames are in time, and a latency that no stamp tells of is believed later.
+
+Where nobody looks at the turning, stamps are all there is (`stamped`). A clock that was set says of frames in
+time that they are late. But no frame is made before the one that was seen before it: an age grows with time
+while frames stay away, and whatever it grows by beside that is the clock's.
 """
 
 from __future__ import annotations
@@ -20,7 +24,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from skylimb.base.packing import chosen
 from skylimb.control.estimation.records import BodyState
+from skylimb.control.estimation.stamps import AHEAD
 from skylimb.symbolic import (
     Array,
     abs,
@@ -29,11 +35,15 @@ from skylimb.symbolic import (
     dot,
     low_pass,
     max,
+    min,
     right_inverse,
     vector,
     where,
     within,
 )
+
+UNSEEN = 1e6
+"""Age of a frame that is not seen, s."""
 
 BANK = (0.0, 0.025, 0.05, 0.075, 0.1)
 """Latencies that are tried, beyond the assumed one, s."""
@@ -68,6 +78,9 @@ judged, and before a latency is of which the stamps say nothing, s: by chance on
 STEP = 0.051
 """By how much more than before is believed at a time, s."""
 
+_SMOOTH = 10.0
+"""Rate at which the ages of frames are smoothed where stamps alone count, 1/s."""
+
 
 class Lateness(NamedTuple):
     """What is remembered.
@@ -95,6 +108,47 @@ class Lateness(NamedTuple):
     slow: Any = 0.0
     touched: Any = 0.0
     time: Any = 0.0
+
+
+class Stamped(NamedTuple):
+    """What stamps alone say.
+
+    Attributes:
+        age: of the frame that was seen last, s; before the first one of none.
+        since: when that was, s ago.
+        least: age of a frame that is in time, as the clocks stand, s.
+        said: by how much the last one that came was older, s.
+        mean: of that, s.
+    """
+
+    age: Any = UNSEEN
+    since: Any = 0.0
+    least: Any = UNSEEN
+    said: Any = 0.0
+    mean: Any = 0.0
+
+
+def stamped(state: Stamped, age: Any, good: Any, dt: float) -> tuple[Stamped, Any]:
+    """One step, and the latency beyond the usual one that is believed, s.
+
+    Args:
+        state: of the last tick.
+        age: of the frame that is seen, as its stamp says, s.
+        good: 1 where its pose is believed.
+        dt: control period, s.
+    """
+    since = state.since + dt
+    known = good * within(age, -UNSEEN, UNSEEN) > 0.5
+    grown = age - state.age
+    # Of a clock that is set, frames go on to be as late as they were, to less than the time between two.
+    least = where(grown > since + AHEAD, age - state.said, min(state.least, age))
+    said = where(grown < since - 0.5 * dt, age - least, state.said)
+    found = Stamped(age, 0.0, least, said, low_pass(state.mean, said, _SMOOTH, dt))
+    kept = chosen(known, found, state._replace(since=since))
+    late = 0.0 * kept.mean
+    for each in BANK[2:]:  # a controller bears less
+        late = where(kept.mean > each - SAID, each, late)
+    return kept, late
 
 
 def lateness(

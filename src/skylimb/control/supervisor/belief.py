@@ -62,7 +62,7 @@ def believed(
     prediction, body = seen(robot, prediction, belief, speeds, pose.stale, dt)
 
     # What has failed on it.
-    health = unexamined(watch, prediction)
+    health = unexamined(watch, prediction, measured.capture_age, pose.good, dt)
     if limits.losses:
         back = pose.clocks.back
         health = examined(
@@ -81,6 +81,7 @@ def believed(
         servos=health.servos,
         loose=health.loose,
         late=health.late,
+        stamped=health.stamped,
     )
     faults = stack(pose.fault, wrong)
     return watch, Belief(belief, body, faults, 1.0 - pose.good, speaks, health.lost, health.astray)

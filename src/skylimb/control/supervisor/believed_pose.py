@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from skylimb.control.estimation.gates import over, pose_fault, relocked, same_pose
+from skylimb.control.estimation.lateness import UNSEEN
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.estimation.twist_check import TwistCheck, check_twist
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Clocks, Watch
 from skylimb.symbolic import clip, max, where, within
-
-UNSEEN = 1e6
-"""Age of a frame that is not seen, s."""
 
 FRAMES = 2.0
 """Usual ways from one pose to the next for which none has to come: one frame may be missed."""

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skylimb.control.estimation.gates import over
-from skylimb.control.estimation.lateness import Lateness, lateness
+from skylimb.control.estimation.lateness import Lateness, Stamped, lateness, stamped
 from skylimb.control.estimation.momentum_observer import ObserverState
 from skylimb.control.estimation.prediction import Prediction
 from skylimb.control.estimation.records import BodyState, Measurement
@@ -42,6 +42,7 @@ class Health(NamedTuple):
         servos: where they should have turned the joints.
         loose: 1 for each joint that its servo holds no more.
         late: how late measurements are.
+        stamped: what their stamps alone say of that.
         lost: what rotors seem to have lost at this tick.
         astray: 1 where a joint is not where its servo should have turned it.
     """
@@ -51,14 +52,25 @@ class Health(NamedTuple):
     servos: Servos
     loose: Array
     late: Lateness
+    stamped: Stamped
     lost: Seen
     astray: Any
 
 
-def unexamined(watch: Watch, prediction: Prediction) -> Health:
-    """Where nobody looks: all is as it was, and nothing is lost."""
+def unexamined(watch: Watch, prediction: Prediction, age: Any, good: Any, dt: float) -> Health:
+    """Where nobody looks: all is as it was, and nothing is lost; frames are as late as their stamps say.
+
+    Args:
+        watch: of the tick before.
+        prediction: of this tick.
+        age: of the frame that is seen, as its stamp says, s.
+        good: 1 where the pose is the measured one.
+        dt: control period, s.
+    """
     nothing = Seen(0.0 * watch.loss.left, 0.0, 0.0, 0.0)
-    return Health(prediction, watch.loss, watch.servos, watch.loose, watch.late, nothing, 0.0)
+    said, late = stamped(watch.stamped, age, good, dt)
+    late = watch.late._replace(late=late)
+    return Health(prediction, watch.loss, watch.servos, watch.loose, late, said, nothing, 0.0)
 
 
 def examined(
@@ -110,7 +122,8 @@ def examined(
         late, body, torque, limits.latency, limits.rotor_lag, said, settled, watch.asked.touch, dt
     )
     loss, observer = _given_up(limits, watch.loss, found, lost, descending, prediction.observer, body)
-    return Health(prediction._replace(observer=observer), loss, servos, loose, late, lost, astray)
+    prediction = prediction._replace(observer=observer)
+    return Health(prediction, loss, servos, loose, late, watch.stamped, lost, astray)
 
 
 def _tells_latency(limits: Limits, watch: Watch, measured: Measurement, lost: Seen) -> Any:

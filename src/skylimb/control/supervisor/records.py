@@ -8,7 +8,7 @@ import numpy as np
 
 from skylimb.base.packing import Layout
 from skylimb.control.estimation.gates import numbers, over
-from skylimb.control.estimation.lateness import Lateness
+from skylimb.control.estimation.lateness import Lateness, Stamped
 from skylimb.control.estimation.prediction import Prediction, initial_prediction
 from skylimb.control.estimation.records import BodyState, Measurement, zero_measurement
 from skylimb.control.estimation.rotor_loss import Loss, initial_loss
@@ -87,6 +87,7 @@ class Watch(NamedTuple):
         servos: where they should have turned the joints.
         loose: 1 for each joint that its servo holds no more, shape and vectoring together, (n_joints + nv,).
         late: how late measurements are.
+        stamped: what their stamps alone say of that.
         command: that was given last.
         asked: last reference of the mission, at which the flight was broken off.
     """
@@ -103,6 +104,7 @@ class Watch(NamedTuple):
     servos: Servos
     loose: Array
     late: Lateness
+    stamped: Stamped
     command: Command
     asked: Reference
 
@@ -150,6 +152,7 @@ def initial_watch(robot: Robot, imu: bool = False) -> Watch:
         servos=initial_servos(robot),
         loose=np.zeros(robot.n_joints + robot.n_vectoring),
         late=Lateness(),
+        stamped=Stamped(),
         command=Command(low, q, psi),
         asked=zero_reference(robot.n_joints, robot.n_vectoring),
     )

@@ -78,9 +78,8 @@ class Supervised:
         watch, sight = before(
             self.robot, self._limits, self._descents, state.watch, measurement, reference, dt
         )
-        if self._limits.losses:
-            named = Layout(gains)
-            gains = named.unpack(late_gains(named, named.pack(gains), watch.late.late, watch.late.slow))
+        named = Layout(gains)
+        gains = named.unpack(late_gains(named, named.pack(gains), watch.late.late, watch.late.slow))
         new, wanted, signals = self._controller.step(gains, state.own, sight.measurement, sight.reference, dt)
         layout = Layout(state.own)
         made_state, old_state = layout.pack(new), layout.pack(state.own)

@@ -1,7 +1,7 @@
 """Sensors that fail: motion capture that is lost, late, wrong or out of order, encoders, an IMU.
 
 All of it is known before take-off: a few numbers are added to the rows that say how old a tick's frame is,
-whether it is the last one still, how far its stamp is off, and what its errors are.
+what of it is still the last one's, how far its stamp and its twist are off, and what its errors are.
 """
 
 from __future__ import annotations
@@ -48,8 +48,17 @@ class SensorFault(Event):
     stamp: Annotated[
         float, Key("s", "by which stamps are older than the frames; below 0 younger", low=-1e3, high=1e3)
     ] = 0.0
-    joint: Annotated[str, Key("", "whose encoder is off, of shape or vectoring joints")] = ""
-    offset: Annotated[float, Key("rad", "by how much", low=-6.3, high=6.3)] = 0.0
+    velocity: Annotated[
+        float,
+        Key("", "share of the true velocity that is seen; below 0 its sign is wrong", low=-10.0, high=10.0),
+    ] = 1.0
+    rates: Annotated[float, Key("", "the same of the rates", low=-10.0, high=10.0)] = 1.0
+    joint: Annotated[str, Key("", "whose encoder fails, of shape or vectoring joints")] = ""
+    offset: Annotated[float, Key("rad", "by how much it is off", low=-6.3, high=6.3)] = 0.0
+    stuck: Annotated[
+        Literal["", "velocity", "rates", "twist", "encoder"],
+        Key("", "what stays as it was to the bit: of the capture, both as 'twist', or the joint's encoder"),
+    ] = ""
     imu: Annotated[Literal["", "lost"], Key("", "'lost': the IMU says no numbers")] = ""
     duration: Annotated[float, Key("s", "how long it lasts; 0: for good", low=0.0, high=1e5)] = field(
         default=0.0, kw_only=True
@@ -60,30 +69,51 @@ class SensorFault(Event):
     def check(self) -> None:
         """Refuse a fault that changes nothing."""
         super().check()
-        if bool(self.joint) != bool(self.offset):
-            raise refused(self, "offset", "needs a joint, and joint an offset")
+        if self.offset and self.stuck == "encoder":
+            raise refused(self, "offset", "of an encoder that is stuck means nothing")
+        if bool(self.joint) != bool(self.offset or self.stuck == "encoder"):
+            raise refused(self, "joint", "needs an offset or stuck = 'encoder', and either one a joint")
+        for key in ("velocity", "rates"):
+            if getattr(self, key) != 1.0 and self.stuck in (key, "twist"):
+                raise refused(self, key, f"means nothing beside stuck = '{self.stuck}'")
         if not self.changed:
-            raise refused(self, "time", "changes nothing: give capture, late, jump, turn, stamp, joint, imu")
+            raise refused(self, "time", f"changes nothing: give {', '.join((*self._otherwise, 'joint'))}")
 
     @property
     def changed(self) -> dict[str, Any]:
-        """What is otherwise."""
-        names = ("capture", "late", "jump", "turn", "stamp", "joint", "imu")
-        return {name: value for name in names if (value := getattr(self, name)) not in ("", 0.0, _ZERO)}
+        """What is otherwise, encoder by encoder."""
+        names = {"offset": f"{self.joint} offset", "stuck": f"{self._stuck} stuck"}
+        return {
+            names.get(name, name): value
+            for name, (value, right, _) in self._otherwise.items()
+            if value != right
+        }
+
+    @property
+    def _stuck(self) -> str:
+        """What is stuck, in words."""
+        return f"encoder of {self.joint}" if self.stuck == "encoder" else self.stuck
+
+    @property
+    def _otherwise(self) -> dict[str, tuple[Any, Any, str]]:
+        """What may be otherwise: what it is, what it is where it is right, and in words."""
+        return {
+            "capture": (self.capture, "", f"capture {self.capture}"),
+            "late": (self.late, 0.0, f"capture {1e3 * self.late:g} ms later"),
+            "jump": (self.jump, _ZERO, f"capture {np.linalg.norm(self.jump):.3g} m off"),
+            "turn": (self.turn, _ZERO, f"capture turned by {np.linalg.norm(self.turn):.3g} rad"),
+            "stamp": (self.stamp, 0.0, f"stamps {self.stamp:g} s older"),
+            "velocity": (self.velocity, 1.0, f"velocity {self.velocity:g} times the true one"),
+            "rates": (self.rates, 1.0, f"rates {self.rates:g} times the true ones"),
+            "offset": (self.offset, 0.0, f"encoder of {self.joint} {self.offset:g} rad off"),
+            "stuck": (self.stuck, "", f"{self._stuck} stuck"),
+            "imu": (self.imu, "", f"IMU {self.imu}"),
+        }
 
     @property
     def words(self) -> str:
         """What they do."""
-        said = {
-            "capture": f"capture {self.capture}",
-            "late": f"capture {1e3 * self.late:g} ms later",
-            "jump": f"capture {np.linalg.norm(self.jump):.3g} m off",
-            "turn": f"capture turned by {np.linalg.norm(self.turn):.3g} rad",
-            "stamp": f"stamps {self.stamp:g} s older",
-            "joint": f"encoder of {self.joint} {self.offset:g} rad off",
-            "imu": "IMU lost",
-        }
-        return ", ".join(said[name] for name in self.changed)
+        return ", ".join(said for value, right, said in self._otherwise.values() if value != right)
 
     def older(self, sensors: SensorConfig) -> float:
         """By how much a frame may be older than it is without the fault, s."""
@@ -111,10 +141,14 @@ class SensorFault(Event):
             ticks = one.lasting(times)
             since = times[ticks, None] - one.time
             waiting = since < one.late - 1e-9
-            part["held"][ticks] += waiting | (one.capture == "lost")
-            part["frozen"][ticks] += one.capture == "frozen"
+            part["failure.held"][ticks] += waiting | (one.capture == "lost")
+            part["failure.frozen"][ticks] += one.capture == "frozen"
             part["age"][ticks] += np.where(waiting, 0.0, one.late)
-            part["stamp"][ticks] += one.stamp
+            part["failure.stamp"][ticks] += one.stamp
+            part["failure.velocity"][ticks] += one.velocity - 1.0
+            part["failure.rates"][ticks] += one.rates - 1.0
+            part["failure.stuck_velocity"][ticks] += one.stuck in ("velocity", "twist")
+            part["failure.stuck_rates"][ticks] += one.stuck in ("rates", "twist")
             if one.capture == "disordered":
                 odd = frame_numbers(context.sensors, times[ticks, None]) % 2
                 part["age"][ticks] += odd * _BACK / context.sensors.rate
@@ -123,7 +157,9 @@ class SensorFault(Event):
             for name in (*(_POSE if one.capture == "nan" else ()), *(_IMU if one.imu else ())):
                 part[name][ticks] = np.nan
             if one.joint:
-                angles = one.offset * (np.array(context.robot.description.moving_joints) == one.joint)
+                which = np.array(context.robot.description.moving_joints) == one.joint
+                angles = one.offset * which
+                part["failure.stuck_angles"][ticks] += (one.stuck == "encoder") * which
                 part["noise.joint_angles"][ticks] += angles[: context.robot.n_joints]
                 part["noise.vectoring_angles"][ticks] += angles[context.robot.n_joints :]
         return TickRows(added)

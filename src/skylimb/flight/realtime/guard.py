@@ -135,7 +135,7 @@ class GuardedController:
         if halves.started:
             self.flown = sight.reference
         layout = getattr(self._controller, "gain_layout", None)
-        if layout is not None and self._limits.losses:
+        if layout is not None and (halves.late or halves.slow):
             gains = late_gains(layout, gains, halves.late, halves.slow)
         if sight.asks > 0.5:
             new, command, own = self._asked(gains, state, sight.measurement, sight.reference, dt)

@@ -1,4 +1,10 @@
-"""When a robot behind a link has landed: before that no command may stop."""
+"""When a robot that is led down stands, and when one behind a link has landed.
+
+Before that no command may stop. Whoever lands a robot, behind a link or on ROS, asks `Standing`. What differs
+is what is done until then: behind a link nothing but commands reaches the robot, so it is led ever deeper; on
+ROS a node scales what its rotors are told, and has a flight controller that brings it down blind
+(`apps/ros/transitions.py`).
+"""
 
 from __future__ import annotations
 
@@ -23,6 +29,34 @@ LONGER = 5.0
 """Seconds after which the commands stop in any case, when it was led to the deepest: where nobody sees it."""
 
 
+class Standing(NamedTuple):
+    """Since when a robot stands: told too little to fly with, and as high as it was.
+
+    Attributes:
+        height: of its centre of gravity, m; NaN where nobody sees it.
+        since: when it was there first, s.
+    """
+
+    height: float = np.nan
+    since: float = np.inf
+
+    def after(self, height: float | None, light: bool, now: float) -> Standing:
+        """A tick later.
+
+        Args:
+            height: of the centre of gravity, m; None where nobody sees it.
+            light: whether the rotors are told less than any robot flies with.
+            now: s.
+        """
+        if height is None:
+            return Standing()
+        return self if light and abs(height - self.height) < WAY else Standing(height, now)
+
+    def stands(self, now: float) -> bool:
+        """Whether it has been there for long enough; rounding may hold it up no tick longer."""
+        return now - self.since > STANDS - 1e-9
+
+
 class Landing(NamedTuple):
     """A landing so far.
 
@@ -31,16 +65,14 @@ class Landing(NamedTuple):
         deepest: time after which its reference is as deep as it goes, s.
         shortest: time in which its reference comes to the floor, s.
         time: since it began, s.
-        stands: for how long it has not sunk with low thrusts, s.
-        height: of the centre of gravity since then, m.
+        standing: since when it has not sunk with low thrusts.
     """
 
     floor: float
     deepest: float
     shortest: float
     time: float = 0.0
-    stands: float = 0.0
-    height: float = np.nan
+    standing: Standing = Standing()
 
     @property
     def longest(self) -> float:
@@ -50,7 +82,7 @@ class Landing(NamedTuple):
     @property
     def over(self) -> bool:
         """Whether the robot is down: at its floor, or standing above it; or nobody will ever know."""
-        down = self.height <= self.floor or self.stands >= STANDS
+        down = self.standing.height <= self.floor or self.standing.stands(self.time)
         return (down and self.time >= self.shortest) or self.time >= self.longest
 
     def after(self, height: float | None, share: float, dt: float) -> Landing:
@@ -62,11 +94,7 @@ class Landing(NamedTuple):
             dt: control period, s.
         """
         time = self.time + dt
-        if height is None:
-            return self._replace(time=time, stands=0.0, height=np.nan)
-        if share < LOW and abs(height - self.height) < WAY:
-            return self._replace(time=time, stands=self.stands + dt)
-        return self._replace(time=time, stands=0.0, height=height)
+        return self._replace(time=time, standing=self.standing.after(height, share < LOW, time))
 
 
 def landing_from(height: float, floor: float) -> Landing:
