@@ -27,7 +27,7 @@ from rich.table import Table
 from scipy.optimize import linprog, lsq_linear
 
 import skylimb
-from skylimb.control.allocation.bounded import Weights
+from skylimb.control.allocation.laws.bounded import Weights
 from skylimb.control.box_least_squares import nearest_in_box
 from skylimb.control.planning.vectoring import vectoring_table
 from skylimb.flight.drivers.machine_code import machine_code

@@ -24,7 +24,7 @@ from matplotlib.figure import Figure
 from skylimb.analysis.figures.style import styled
 from skylimb.analysis.recording.run import Run
 from skylimb.analysis.scores.registry import measured
-from skylimb.control.contact_machine import SLIDE
+from skylimb.control.contact.machine import SLIDE
 from skylimb.control.controller import load_controller
 from skylimb.flight.drivers.native import fly_native
 from skylimb.flight.experiments.experiment import load_experiment

@@ -22,7 +22,7 @@ from following import CHUNK, draws  # beside this file
 
 from skylimb.analysis.recording.run import Run
 from skylimb.base.rotations import hat, rotation_from_quaternion
-from skylimb.control.contact_machine import SLIDE
+from skylimb.control.contact.machine import SLIDE
 from skylimb.control.controller import load_controller
 from skylimb.flight.drivers.native import fly_native
 from skylimb.flight.experiments.experiment import load_experiment

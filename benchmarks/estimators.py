@@ -35,7 +35,7 @@ from skylimb.analysis.scores.estimate import LASTS, tared
 from skylimb.analysis.scores.registry import measured
 from skylimb.analysis.scores.signals import contact_axis, in_contact, spans
 from skylimb.control.controller import load_controller
-from skylimb.control.traced_step import traced_step
+from skylimb.control.laws.traced_step import traced_step
 from skylimb.robots.loader import load_robot
 
 HERE = Path(__file__).parent

@@ -23,7 +23,7 @@ import xarray as xr
 
 import skylimb
 from skylimb.base.config import write_toml
-from skylimb.control.preset import preset_mapping
+from skylimb.control.laws.preset import preset_mapping
 from skylimb.flight.flying import begin_loop
 from skylimb.flight.takeoff import Takeoff, take_off
 from skylimb.simulation.engine_timer import without_timer
@@ -36,8 +36,8 @@ WANTED = 2.5
 
 LAW = f"""
 import time
-from skylimb.control.translation import impedance
-from skylimb.control.translation.impedance import Gains, initial_state
+from skylimb.control.translation.laws import impedance
+from skylimb.control.translation.laws.impedance import Gains, initial_state
 
 def step(gains, state, inputs):
     until = time.perf_counter() + {STEP_TIME}

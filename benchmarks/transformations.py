@@ -32,9 +32,9 @@ from posture_roadmap import Place, Roadmap, keeps_clear, rehearse, straight_way 
 
 import skylimb
 from skylimb.control.controller import load_controller
+from skylimb.control.laws.preset import PRESETS
 from skylimb.control.planning.posture_path import PostureConfig, posture_path
 from skylimb.control.planning.vectoring_step import RATE, first_vectoring, plan_vectoring
-from skylimb.control.preset import PRESETS
 from skylimb.flight.drivers.native import fly_native
 from skylimb.flight.experiments.experiment import load_experiment
 from skylimb.flight.takeoff import prepare

@@ -13,7 +13,7 @@ from skylimb.base.config import from_mapping
 from skylimb.base.errors import ConfigError
 from skylimb.base.keys import REQUIRED, is_configuration, keys_of
 from skylimb.base.keys.fields import entry_section, fields_of, has_numbers, members_of, section_of
-from skylimb.control.preset import SLOTS, find_law, law_names
+from skylimb.control.laws.preset import SLOTS, find_law, law_names
 from skylimb.flight.experiments.experiment import Settings
 from skylimb.robots.flight_file import FlightFile
 from skylimb.simulation.surfaces import SURFACES

@@ -23,7 +23,7 @@ from skylimb.base.keys import Key, configuration
 from skylimb.base.sources import read_source
 from skylimb.control.needs import Needs
 from skylimb.control.press import wanted_force
-from skylimb.control.translation import following
+from skylimb.control.translation.laws import following
 from skylimb.symbolic import clip, cross, dot, tanh, vector
 
 REQUIRES, OPTIONAL = following.REQUIRES, following.OPTIONAL

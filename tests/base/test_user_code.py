@@ -11,8 +11,8 @@ import pytest
 from skylimb.apps.cli.main import main
 from skylimb.base.errors import ConfigError, SkylimbError, UnknownNameError, UserCodeError
 from skylimb.base.user_code import UserCode, guarded, is_users
-from skylimb.control.slots import find_law, load_module
-from skylimb.control.user_functions import traceable
+from skylimb.control.laws.slots import find_law, load_module
+from skylimb.control.laws.user_functions import traceable
 from skylimb.robots.loader import load_robot
 
 SYMBOL = ca.SX.sym("x", 3)

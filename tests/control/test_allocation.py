@@ -9,14 +9,15 @@ import pytest
 from skylimb.base.errors import ConfigError
 from skylimb.base.packing import numeric
 from skylimb.base.rotations import rotation_from_rpy
-from skylimb.control.allocation import pseudoinverse, vectored
+from skylimb.control.allocation.lateral import Moves, lateral_move
+from skylimb.control.allocation.laws import pseudoinverse, vectored
+from skylimb.control.allocation.leak import Leak, TorqueLeak, follow_leak, side_force, without_leak
+from skylimb.control.allocation.rotor_lag import RotorLag, at_rest, lead_thrusts
+from skylimb.control.allocation.thrusts import Thrusts, allocate
+from skylimb.control.estimation.body_state import rotor_wrench
 from skylimb.control.estimation.records import Start, Wrench
-from skylimb.control.lateral import Moves, lateral_move
-from skylimb.control.leak import Leak, TorqueLeak, follow_leak, side_force, without_leak
 from skylimb.control.needs import Needs
 from skylimb.control.records import Demand, LawInput
-from skylimb.control.rotor_lag import RotorLag, at_rest, lead_thrusts
-from skylimb.control.thrusts import Thrusts, allocate, rotor_wrench
 from skylimb.robots.model import Robot
 from skylimb.robots.posed import RobotState
 from skylimb.symbolic import right_inverse

@@ -13,15 +13,16 @@ from made_robots import multirotor
 from skylimb.base.errors import ConfigError
 from skylimb.base.packing import Layout, numeric
 from skylimb.base.rotations import rotation_from_rpy
-from skylimb.control.allocation import bounded, pseudoinverse
+from skylimb.control.allocation.laws import bounded, pseudoinverse
+from skylimb.control.allocation.leak import TorqueLeak
+from skylimb.control.allocation.rotor_lag import RotorLag
+from skylimb.control.allocation.thrusts import unlimited
 from skylimb.control.cascade import Cascade
+from skylimb.control.estimation.body_state import rotor_wrench
 from skylimb.control.estimation.records import Start, Wrench
-from skylimb.control.leak import TorqueLeak
 from skylimb.control.needs import Needs
 from skylimb.control.records import Demand, LawInput
-from skylimb.control.rotor_lag import RotorLag
-from skylimb.control.thrusts import rotor_wrench, unlimited
-from skylimb.control.translation import following, pid
+from skylimb.control.translation.laws import following, pid
 from skylimb.control.windup import unless_short
 from skylimb.flight.drivers.native import compile_native, fly_native
 from skylimb.flight.flying import fly_here

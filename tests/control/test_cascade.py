@@ -13,9 +13,9 @@ from skylimb.base.rotations import rotation_from_rpy
 from skylimb.control.cascade import Cascade
 from skylimb.control.controller import cascade_from_tables, is_traceable, resolved_tables
 from skylimb.control.estimation.records import Start, Wrench
+from skylimb.control.laws.preset import preset_mapping, preset_names
+from skylimb.control.laws.slots import SLOTS, Slot, Slots, find_law, law_names
 from skylimb.control.needs import Needs, merged, needs_of
-from skylimb.control.preset import preset_mapping, preset_names
-from skylimb.control.slots import SLOTS, Slot, Slots, find_law, law_names
 from skylimb.robots.model import Robot
 
 DT = 0.005

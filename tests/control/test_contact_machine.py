@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from skylimb.base.errors import ConfigError
 from skylimb.base.packing import Layout
-from skylimb.control.contact_machine import (
+from skylimb.control.contact.machine import (
     APPROACH,
     CALM,
     CLEAR,

@@ -14,9 +14,9 @@ from skylimb.control.controller import (
     load_controller,
     resolved_tables,
 )
-from skylimb.control.preset import preset_from_mapping, preset_mapping, preset_names
-from skylimb.control.preset_keys import preset_tables
-from skylimb.control.slots import SLOTS, find_law, keys_of_law, law_names, right_key
+from skylimb.control.laws.preset import preset_from_mapping, preset_mapping, preset_names
+from skylimb.control.laws.preset_keys import preset_tables
+from skylimb.control.laws.slots import SLOTS, find_law, keys_of_law, law_names, right_key
 from skylimb.robots.model import Robot
 
 OWN = """
@@ -87,7 +87,7 @@ def test_laws_are_the_files_of_their_folder() -> None:
         "attitude": ["firm", "impedance", "task_frame"],
         "allocation": ["bounded", "level", "planned", "pointed", "pseudoinverse", "vectored"],
     }
-    assert find_law("shape", "fixed", Path()).__name__ == "skylimb.control.shape.fixed"
+    assert find_law("shape", "fixed", Path()).__name__ == "skylimb.control.shape.laws.fixed"
     assert find_law("estimation", "momentum", Path()).__name__ == "skylimb.control.estimation.laws.momentum"
     with pytest.raises(UnknownNameError, match="unknown shape law 'fixd'; did you mean 'fixed'"):
         find_law("shape", "fixd", Path())

@@ -24,7 +24,7 @@ from skylimb.control.corrections import (
     turned_back,
 )
 from skylimb.control.estimation.records import Measurement
-from skylimb.control.preset import preset_mapping
+from skylimb.control.laws.preset import preset_mapping
 from skylimb.flight.drivers.native import fly_native
 from skylimb.flight.experiments.experiment import load_experiment
 from skylimb.flight.export.step import controller_step

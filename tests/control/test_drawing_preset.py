@@ -12,9 +12,9 @@ from skylimb.analysis.recording import Run
 from skylimb.analysis.scores.signals import in_contact, in_phase
 from skylimb.base.packing import numeric
 from skylimb.base.rotations import rotation_from_rpy
-from skylimb.control.attitude import firm, impedance
-from skylimb.control.contact import drawing
-from skylimb.control.contact_machine import FREE, RETREAT, SETTLE, SLIDE
+from skylimb.control.attitude.laws import firm, impedance
+from skylimb.control.contact.laws import drawing
+from skylimb.control.contact.machine import FREE, RETREAT, SETTLE, SLIDE
 from skylimb.control.controller import load_controller
 from skylimb.control.missions.reference import zero_reference
 from skylimb.control.press import LOADING, UNLOADING

@@ -7,8 +7,8 @@ import pytest
 from skylimb import robots
 from skylimb.apps.cli import main
 from skylimb.base.config import read_toml
-from skylimb.control.file_kinds import kind_of_tables
-from skylimb.control.preset import PRESETS
+from skylimb.control.laws.file_kinds import kind_of_tables
+from skylimb.control.laws.preset import PRESETS
 from skylimb.flight.experiments.experiment import EXPERIMENTS
 
 ROBOTS = Path(robots.__file__).parent

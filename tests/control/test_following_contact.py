@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from skylimb.base.errors import ConfigError
 from skylimb.base.packing import numeric
 from skylimb.base.rotations import rotation_from_rpy
-from skylimb.control.contact import following
-from skylimb.control.contact_lead import BRAKES, NEAR, SURE
-from skylimb.control.contact_machine import (
+from skylimb.control.contact.laws import following
+from skylimb.control.contact.lead import BRAKES, NEAR, SURE
+from skylimb.control.contact.machine import (
     APPROACH,
     CLEAR,
     FREE,

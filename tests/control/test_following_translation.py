@@ -17,7 +17,7 @@ from skylimb.base.signal_table import PLACE_TERMS
 from skylimb.control.estimation.records import Start, Wrench
 from skylimb.control.press import EASED, PLAIN, SATURATED, SEARCHING, UNLOADING, WAITING
 from skylimb.control.records import ArmTarget, LawInput
-from skylimb.control.translation import following
+from skylimb.control.translation.laws import following
 from skylimb.robots.description import GRAVITY
 
 DT, MASS = 0.005, 4.0

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from skylimb.control.hanging import FIRMER, SLOWLY, slow_arm
+from skylimb.control.translation.hanging import FIRMER, SLOWLY, slow_arm
 
 DT = 0.005
 

@@ -7,7 +7,16 @@ import pytest
 
 import skylimb
 from skylimb.base.packing import Layout
-from skylimb.control.late_gains import LAG, LATENCY, MOST, SOFT, SOFTER, SOME, STIFFNESS, late_gains
+from skylimb.control.supervisor.late_gains import (
+    LAG,
+    LATENCY,
+    MOST,
+    SOFT,
+    SOFTER,
+    SOME,
+    STIFFNESS,
+    late_gains,
+)
 
 GAINS = skylimb.load_controller("following", skylimb.load_robot("hydrus_xi_quad")).gains()
 NAMED = Layout(GAINS)

@@ -20,11 +20,11 @@ from skylimb.base.keys import rows_of
 from skylimb.base.packing import Layout
 from skylimb.control.cascade import Cascade, build_cascade
 from skylimb.control.controller import load_controller
-from skylimb.control.law_fields import FIELDS, RECORDS, needed, optional, provided, require_fit, required
-from skylimb.control.law_monitor import LawMonitor
-from skylimb.control.law_trial import with_trial
-from skylimb.control.preset import Preset, preset_from_mapping, preset_mapping, preset_names
-from skylimb.control.slots import SLOTS, Slot, Slots, find_law, law_names
+from skylimb.control.laws.fields import FIELDS, RECORDS, needed, optional, provided, require_fit, required
+from skylimb.control.laws.monitor import LawMonitor
+from skylimb.control.laws.preset import Preset, preset_from_mapping, preset_mapping, preset_names
+from skylimb.control.laws.slots import SLOTS, Slot, Slots, find_law, law_names
+from skylimb.control.laws.trial import with_trial
 from skylimb.flight.events import EventContext, GainChange
 from skylimb.robots.model import Robot
 from skylimb.simulation.surfaces import surface_from_mapping

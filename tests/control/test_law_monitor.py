@@ -11,9 +11,9 @@ import skylimb
 from skylimb.base.config import write_toml
 from skylimb.base.errors import ConfigError
 from skylimb.control.cascade import Cascade
-from skylimb.control.contact import following
+from skylimb.control.contact.laws import following
 from skylimb.control.controller import load_controller
-from skylimb.control.preset import preset_mapping
+from skylimb.control.laws.preset import preset_mapping
 from skylimb.robots.model import Robot
 
 HEAD = """

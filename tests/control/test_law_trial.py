@@ -10,7 +10,7 @@ import pytest
 from skylimb.base.config import write_toml
 from skylimb.base.errors import ConfigError, UserCodeError
 from skylimb.control.controller import load_controller
-from skylimb.control.preset import preset_mapping
+from skylimb.control.laws.preset import preset_mapping
 from skylimb.flight.export import export_c
 from skylimb.robots.model import Robot
 

@@ -12,14 +12,15 @@ from skylimb.base.errors import SkylimbError
 from skylimb.base.packing import numeric
 from skylimb.base.rotations import rotation_from_rpy
 from skylimb.base.signal_table import PLACE_TERMS, TURN_TERMS
-from skylimb.control.attitude import impedance as attitude
-from skylimb.control.attitude_target import attitude_target
-from skylimb.control.contact import open as open_contact
+from skylimb.control.allocation.thrusts import allocate
+from skylimb.control.attitude.laws import impedance as attitude
+from skylimb.control.attitude.target import attitude_target
+from skylimb.control.contact.laws import open as open_contact
+from skylimb.control.estimation.body_state import rotor_wrench
 from skylimb.control.estimation.records import BodyState, Start
 from skylimb.control.records import ContactView, LawInput
-from skylimb.control.shape import admittance, fixed
-from skylimb.control.thrusts import allocate, rotor_wrench
-from skylimb.control.translation import impedance, pid
+from skylimb.control.shape.laws import admittance, fixed
+from skylimb.control.translation.laws import impedance, pid
 from skylimb.robots.model import Robot
 from skylimb.robots.posed import RobotState
 

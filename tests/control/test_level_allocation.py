@@ -13,9 +13,9 @@ import skylimb
 from skylimb.base.errors import ConfigError
 from skylimb.base.packing import Layout, numeric
 from skylimb.base.rotations import rot_z
-from skylimb.control.allocation import level, pseudoinverse
+from skylimb.control.allocation.laws import level, pseudoinverse
+from skylimb.control.allocation.level_moves import LevelMoves, level_move, nominal_rotation
 from skylimb.control.estimation.records import Start, Wrench
-from skylimb.control.level_moves import LevelMoves, level_move, nominal_rotation
 from skylimb.control.needs import Needs
 from skylimb.control.records import Demand, LawInput
 from skylimb.flight.drivers.native import compile_native, fly_native

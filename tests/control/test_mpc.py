@@ -15,11 +15,11 @@ from skylimb.base.errors import ConfigError
 from skylimb.base.packing import numeric
 from skylimb.control.box_least_squares import nearest_in_box
 from skylimb.control.estimation.records import Start
-from skylimb.control.horizon import STAGE, STAGES, Axis, free_moves, held, plan
+from skylimb.control.laws.user_functions import Prepared
 from skylimb.control.records import LawInput
 from skylimb.control.supervisor.table import TABLE
-from skylimb.control.translation import mpc
-from skylimb.control.user_functions import Prepared
+from skylimb.control.translation.horizon import STAGE, STAGES, Axis, free_moves, held, plan
+from skylimb.control.translation.laws import mpc
 from skylimb.flight.drivers.native import compile_native, fly_native
 from skylimb.flight.flying import fly_here
 from skylimb.flight.simulated_run import scored_run
@@ -123,8 +123,8 @@ def test_where_no_plan_is_found_the_last_one_goes_on(
 PLANLESS = """
 import numpy as np
 
-from skylimb.control.translation import mpc
-from skylimb.control.translation.mpc import OPTIONAL, REQUIRES, Gains, initial_state, needs, prepare
+from skylimb.control.translation.laws import mpc
+from skylimb.control.translation.laws.mpc import OPTIONAL, REQUIRES, Gains, initial_state, needs, prepare
 from skylimb.symbolic import where
 
 

@@ -7,10 +7,10 @@ import pytest
 
 import skylimb
 from skylimb.base.errors import ConfigError
-from skylimb.control.allocation import bounded, planned
+from skylimb.control.allocation.laws import bounded, planned
+from skylimb.control.laws.preset import PRESETS
 from skylimb.control.planning import vectoring_files
 from skylimb.control.planning.vectoring_step import RATE, STEP, first_vectoring, plan_vectoring
-from skylimb.control.preset import PRESETS
 
 
 @pytest.fixture(scope="module")

@@ -6,13 +6,13 @@ import pytest
 import skylimb
 from skylimb.base.errors import ConfigError
 from skylimb.base.packing import numeric
-from skylimb.control.allocation import planned, pointed
+from skylimb.control.allocation.laws import planned, pointed
+from skylimb.control.allocation.pointing import Pointed, Pointing
+from skylimb.control.allocation.pointing import pointed as point
 from skylimb.control.controller import load_controller
 from skylimb.control.estimation.records import Start
+from skylimb.control.laws.preset import PRESETS
 from skylimb.control.planning.vectoring_step import RATE, STEP, first_vectoring
-from skylimb.control.pointing import Pointed, Pointing
-from skylimb.control.pointing import pointed as point
-from skylimb.control.preset import PRESETS
 from skylimb.flight.drivers import machine_code
 from skylimb.flight.experiments.experiment import load_experiment
 from skylimb.flight.takeoff import prepare

@@ -7,14 +7,14 @@ import pytest
 import skylimb
 from skylimb.base.config import flatten, to_mapping
 from skylimb.base.errors import ConfigError, UnknownNameError
-from skylimb.control.allocation import vectored
+from skylimb.control.allocation.laws import vectored
 from skylimb.control.cascade import Cascade
-from skylimb.control.contact import following as contact
+from skylimb.control.contact.laws import following as contact
 from skylimb.control.controller import cascade_from_tables, load_controller
 from skylimb.control.estimation.laws import predictive
-from skylimb.control.preset import preset_from_mapping, preset_mapping, preset_names
-from skylimb.control.shape import recentring
-from skylimb.control.translation import following
+from skylimb.control.laws.preset import preset_from_mapping, preset_mapping, preset_names
+from skylimb.control.shape.laws import recentring
+from skylimb.control.translation.laws import following
 from skylimb.robots.model import Robot
 
 KINDS = {"tilting", "pushing", "chain", "pairs", "pushing_pairs"}

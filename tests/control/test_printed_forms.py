@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 
 import skylimb
+from skylimb.control.allocation.thrusts import allocate
 from skylimb.control.controller import cascade_from_tables, load_controller
+from skylimb.control.estimation.body_state import rotor_wrench
 from skylimb.control.estimation.records import BodyState
+from skylimb.control.laws.preset import preset_mapping
+from skylimb.control.laws.slots import Slot
 from skylimb.control.planning.vectoring import vectoring_table
-from skylimb.control.preset import preset_mapping
 from skylimb.control.records import Allocated, Command, Demand, LawInput
-from skylimb.control.slots import Slot
-from skylimb.control.thrusts import allocate, rotor_wrench
 from skylimb.studies.reproduction.printed_forms import (
     admittance_as_printed,
     difference_as_printed,

@@ -8,7 +8,7 @@ from law_records import IN_THE_AIR
 from skylimb.base.rotations import rot_z
 from skylimb.control.estimation.records import Start
 from skylimb.control.records import LawInput
-from skylimb.control.shape import recentring
+from skylimb.control.shape.laws import recentring
 
 DT, LIMITS = 0.005, (1.0, 1.15)
 ENGAGED = IN_THE_AIR._replace(engaged=1.0)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from skylimb.control.rotor_lag import RotorLag, Rotors, at_rest, lead_thrusts
+from skylimb.control.allocation.rotor_lag import RotorLag, Rotors, at_rest, lead_thrusts
 
 DT = 0.005
 

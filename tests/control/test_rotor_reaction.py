@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from skylimb.base.packing import numeric
-from skylimb.control.allocation import vectored
+from skylimb.control.allocation.laws import vectored
+from skylimb.control.allocation.rotor_lag import RotorLag, Rotors
+from skylimb.control.allocation.rotor_reaction import motor_limits, reaction, reaction_torque
+from skylimb.control.allocation.thrusts import unlimited
 from skylimb.control.records import Demand, LawInput
-from skylimb.control.rotor_lag import RotorLag, Rotors
-from skylimb.control.rotor_reaction import motor_limits, reaction, reaction_torque
-from skylimb.control.thrusts import unlimited
 from skylimb.robots.model import Robot
 from skylimb.robots.posed import RobotState
 from skylimb.simulation.rotors import rotor_numbers, rotor_tick

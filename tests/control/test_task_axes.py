@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from skylimb.control.contact.task_axes import in_task, normal_force_on, seen_across
 from skylimb.control.estimation.records import Wrench
-from skylimb.control.task_axes import in_task, normal_force_on, seen_across
 
 AXES = (np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]))
 slopes = st.floats(-1.0, 1.0)

@@ -12,16 +12,16 @@ import skylimb
 from skylimb.base.errors import ConfigError
 from skylimb.base.packing import numeric
 from skylimb.base.rotations import rot_z, rotation_from_rpy, rotation_from_vector
-from skylimb.control.attitude import impedance as paper_attitude
-from skylimb.control.attitude import task_frame as attitude
+from skylimb.control.attitude.laws import impedance as paper_attitude
+from skylimb.control.attitude.laws import task_frame as attitude
 from skylimb.control.cascade import Cascade
-from skylimb.control.contact import task_frame as contact
+from skylimb.control.contact.laws import task_frame as contact
 from skylimb.control.estimation.records import Wrench
 from skylimb.control.needs import Needs
 from skylimb.control.records import LawInput, TipMove
 from skylimb.control.task_frame import symmetric, task_axes, tip_wrench
-from skylimb.control.translation import impedance as paper_translation
-from skylimb.control.translation import task_frame as translation
+from skylimb.control.translation.laws import impedance as paper_translation
+from skylimb.control.translation.laws import task_frame as translation
 from skylimb.flight.drivers.native import compile_native, fly_native
 from skylimb.flight.flying import fly_here
 from skylimb.flight.takeoff import take_off

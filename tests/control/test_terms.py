@@ -12,7 +12,7 @@ from law_records import hover
 from skylimb.base.signal_table import PLACE_TERMS, SIGNALS, TURN_TERMS
 from skylimb.control.cascade import Cascade
 from skylimb.control.controller import cascade_from_tables
-from skylimb.control.preset import preset_mapping
+from skylimb.control.laws.preset import preset_mapping
 from skylimb.robots.model import Robot
 
 DT = 0.005

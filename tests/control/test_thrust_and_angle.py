@@ -8,11 +8,11 @@ import pytest
 
 from made_robots import chain
 from skylimb.base.packing import Layout
+from skylimb.control.allocation.rotor_lag import time_constants
+from skylimb.control.allocation.rotor_reaction import reaction, reaction_torque
 from skylimb.control.estimation.records import BodyState, zero_measurement
 from skylimb.control.missions.reference import zero_reference
 from skylimb.control.records import Command
-from skylimb.control.rotor_lag import time_constants
-from skylimb.control.rotor_reaction import reaction, reaction_torque
 from skylimb.control.thrust_and_angle import as_pairs, from_pairs, with_angles, without_angles
 from skylimb.robots.loader import load_robot, read_description
 from skylimb.robots.model import Robot

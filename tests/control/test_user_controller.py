@@ -20,7 +20,7 @@ from skylimb.control.controller import (
     load_controller,
     resolved_tables,
 )
-from skylimb.control.user_controller import CompiledUserController, UserController
+from skylimb.control.laws.user_controller import CompiledUserController, UserController
 from skylimb.robots.model import Robot
 
 TEXT = '''

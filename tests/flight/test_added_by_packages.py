@@ -10,8 +10,8 @@ import skylimb
 from skylimb.analysis.report.output import write_run
 from skylimb.apps.cli.main import main
 from skylimb.base.errors import ConfigError, UnknownNameError
-from skylimb.control.preset import PRESETS, preset_file
-from skylimb.control.slots import SLOTS, law_file
+from skylimb.control.laws.preset import PRESETS, preset_file
+from skylimb.control.laws.slots import SLOTS, law_file
 from skylimb.robots import SHIPPED
 from skylimb.simulation.surfaces import SURFACES, surface_from_mapping
 from skylimb.studies.campaign.frozen import freeze

@@ -16,11 +16,11 @@ import skylimb
 from skylimb.base.errors import ConfigError, OutputError
 from skylimb.control.cascade import Cascade
 from skylimb.control.estimation.records import Measurement
+from skylimb.control.laws.traced_step import TracedStep
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import Needs, needs_of
 from skylimb.control.records import Command
 from skylimb.control.supervisor.limits import Limits
-from skylimb.control.traced_step import TracedStep
 from skylimb.flight.export import export_c
 from skylimb.flight.export.step import controller_step
 from skylimb.flight.flying import fly_here

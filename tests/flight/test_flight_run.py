@@ -7,7 +7,7 @@ import numpy as np
 import skylimb
 from skylimb.base.config import flatten
 from skylimb.base.keys import rows_of, tables_of
-from skylimb.control.contact_machine import (
+from skylimb.control.contact.machine import (
     APPROACH,
     CALM,
     FREE,

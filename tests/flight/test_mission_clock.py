@@ -10,10 +10,10 @@ import pytest
 
 import skylimb
 from skylimb.base.config import write_toml
+from skylimb.control.laws.preset import preset_mapping
 from skylimb.control.loop.flight import Flight
 from skylimb.control.missions.clock import Clock, reference_between
 from skylimb.control.needs import needs_of
-from skylimb.control.preset import preset_mapping
 from skylimb.flight.flying import fly, fly_here
 from skylimb.flight.takeoff import take_off
 

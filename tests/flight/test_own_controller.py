@@ -11,7 +11,7 @@ import skylimb
 from short_flights import HOLD
 from skylimb.base.config import write_toml
 from skylimb.base.errors import ConfigError, UnknownNameError
-from skylimb.control.preset import preset_mapping
+from skylimb.control.laws.preset import preset_mapping
 from skylimb.flight.drivers.native import fly_native, native_available
 from skylimb.flight.flying import fly_here
 from skylimb.flight.takeoff import take_off
@@ -60,8 +60,8 @@ def test_a_signal_that_is_declared_is_recorded(tmp_path: Path) -> None:
 
 LAW = """
 import skylimb
-from skylimb.control.translation.pid import Gains, initial_state
-from skylimb.control.translation.pid import step as pid
+from skylimb.control.translation.laws.pid import Gains, initial_state
+from skylimb.control.translation.laws.pid import step as pid
 
 SIGNALS = {"pull": skylimb.Signal("N", "W", "what the law wants")}
 

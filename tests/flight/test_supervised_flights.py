@@ -11,9 +11,9 @@ import skylimb
 from short_flights import CIRCLE, HOLD
 from skylimb.control.estimation.lateness import SLOW
 from skylimb.control.estimation.records import Measurement
-from skylimb.control.late_gains import MOST
+from skylimb.control.laws.preset import preset_names
 from skylimb.control.loop.loop import Loop
-from skylimb.control.preset import preset_names
+from skylimb.control.supervisor.late_gains import MOST
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.table import TABLE
 from skylimb.flight.drivers.free import FreeDriver

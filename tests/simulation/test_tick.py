@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from skylimb.control.cascade import Cascade
-from skylimb.control.translation import pid
+from skylimb.control.translation.laws import pid
 from skylimb.flight.takeoff import take_off
 from skylimb.simulation import tick
 from skylimb.simulation.tick import CompiledTick

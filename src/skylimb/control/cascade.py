@@ -18,7 +18,7 @@ from skylimb.base.packing import numeric, structure
 from skylimb.base.rotations import rpy_from_rotation
 from skylimb.base.signals import Signal
 from skylimb.base.split_function import Asked
-from skylimb.control.attitude_target import attitude_target
+from skylimb.control.attitude.target import attitude_target
 from skylimb.control.corrections import (
     CALIBRATION,
     Corrections,
@@ -28,21 +28,21 @@ from skylimb.control.corrections import (
 )
 from skylimb.control.estimation.estimate import wrench_signals
 from skylimb.control.estimation.records import Measurement, Sensed, Signals, Start
-from skylimb.control.law_fields import require_fit
-from skylimb.control.law_monitor import LawMonitor
-from skylimb.control.law_trial import tried
+from skylimb.control.laws.fields import require_fit
+from skylimb.control.laws.monitor import LawMonitor
+from skylimb.control.laws.prepared_gains import handed, settled
+from skylimb.control.laws.preset import Preset
+from skylimb.control.laws.preset_keys import preset_tables, with_gains
+from skylimb.control.laws.python_laws import OpenLaw
+from skylimb.control.laws.slots import SLOTS, LiveGains, Slots, traced_functions
+from skylimb.control.laws.trial import tried
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import Needs
 from skylimb.control.planning.posture import ReachFamily, posture_family, standing
 from skylimb.control.planning.vectoring import VectoringTable, vectoring_table
 from skylimb.control.posture import heading_of, posture_of
-from skylimb.control.prepared_gains import handed, settled
-from skylimb.control.preset import Preset
-from skylimb.control.preset_keys import preset_tables, with_gains
 from skylimb.control.press import own_force, wanted_force
-from skylimb.control.python_laws import OpenLaw
 from skylimb.control.records import NOTHING, Command, Demand, LawInput
-from skylimb.control.slots import SLOTS, LiveGains, Slots, traced_functions
 from skylimb.control.terms import without_terms
 from skylimb.control.thrust_and_angle import from_pairs, without_angles
 from skylimb.robots.model import Robot

@@ -16,11 +16,16 @@ from skylimb.control.calibrated import calibrated
 from skylimb.control.cascade import Cascade, build_cascade
 from skylimb.control.corrections import CALIBRATION, Corrections
 from skylimb.control.estimation.records import Measurement
+from skylimb.control.laws.preset import IMU, IMU_KEY, ROBOTS, of_case, preset_from_mapping, preset_mapping
+from skylimb.control.laws.slots import find_law, keys_of_law
+from skylimb.control.laws.user_controller import (
+    CompiledUserController,
+    Origin,
+    UserController,
+    user_controller,
+)
 from skylimb.control.missions.reference import Reference
-from skylimb.control.preset import IMU, IMU_KEY, ROBOTS, of_case, preset_from_mapping, preset_mapping
 from skylimb.control.records import Command
-from skylimb.control.slots import find_law, keys_of_law
-from skylimb.control.user_controller import CompiledUserController, Origin, UserController, user_controller
 from skylimb.robots.controlled_axes import kind_of
 from skylimb.robots.model import Robot
 

@@ -23,9 +23,9 @@ from skylimb.base.keys import Key, Vector3, configuration
 from skylimb.base.rotations import quaternion_product
 from skylimb.base.sources import read_source
 from skylimb.control.estimation.records import Measurement
-from skylimb.control.preset import DEFAULT_LAWS
+from skylimb.control.laws.preset import DEFAULT_LAWS
+from skylimb.control.laws.slots import find_law, keys_of_law
 from skylimb.control.records import Command
-from skylimb.control.slots import find_law, keys_of_law
 from skylimb.robots.description import Rotor
 from skylimb.robots.links import Inertial, Link
 from skylimb.robots.model import Robot

@@ -1,6 +1,6 @@
 """The records that laws and controllers exchange.
 
-A law fills in the fields that it knows; the others are absent, None (`control.law_fields`).
+A law fills in the fields that it knows; the others are absent, None (`control.laws.fields`).
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ from skylimb.base.config import put, to_mapping
 from skylimb.base.keys import tables_of, units_of
 from skylimb.base.signals import Signal
 from skylimb.control import press
-from skylimb.control.contact_machine import REASONS, STATES
+from skylimb.control.contact.machine import REASONS, STATES
 from skylimb.control.controller import Controller, controller_signals, controller_units, resolved_tables
 from skylimb.control.loop.flight import MISSION_TIME, held_back_cause, stopped_cause
 from skylimb.control.missions.frame import ContactFrame, contact_frame

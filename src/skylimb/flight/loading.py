@@ -23,8 +23,8 @@ from skylimb.control.controller import (
     load_controller,
 )
 from skylimb.control.corrections import Calibrated, corrections_of
-from skylimb.control.preset import preset_file, preset_names
-from skylimb.control.slots import SLOTS
+from skylimb.control.laws.preset import preset_file, preset_names
+from skylimb.control.laws.slots import SLOTS
 from skylimb.flight.experiments.experiment import Experiment, experiment_with, load_experiment, robot_of
 from skylimb.flight.plan import FlightPlan, checked
 from skylimb.robots.model import Robot

@@ -18,8 +18,8 @@ from skylimb.base.sources import Source, read_source
 from skylimb.base.user_modules import sources_of_module
 from skylimb.control.cascade import Cascade
 from skylimb.control.controller import Controller
+from skylimb.control.laws.slots import SLOTS, Slot
 from skylimb.control.planning.vectoring import vectoring_file
-from skylimb.control.slots import SLOTS, Slot
 from skylimb.flight.plan import FlightPlan
 from skylimb.robots.model import Robot
 

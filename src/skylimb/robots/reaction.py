@@ -40,7 +40,7 @@ def reaction_zeros(
         J = rotor.inertia if inertia is None else inertia
         if not J or rotor.thrust_factor is None:
             continue
-        # A servo that turns a rotor turns all of its angular momentum (`control.rotor_reaction`).
+        # A servo that turns a rotor turns all of its angular momentum (`control.allocation.rotor_reaction`).
         halves, of = (2.0, index) if rotor.side is None else (1.0, rotor.side.of)
         speed = math.sqrt(max(state.hover_thrusts[of], rotor.thrust_min, _LEAST) / rotor.thrust_factor)
         gain = rotor.spin * J / (halves * rotor.thrust_factor * speed)

@@ -10,7 +10,7 @@ from skylimb.apps.catalogue.entries import KINDS, entries, find_entry, tables_of
 from skylimb.apps.catalogue.page import keys_page
 from skylimb.apps.catalogue.search import all_keys, search
 from skylimb.apps.cli.main import main
-from skylimb.control.slots import SLOTS, law_names
+from skylimb.control.laws.slots import SLOTS, law_names
 from skylimb.flight.events import EVENTS, SurfaceChange
 from skylimb.flight.experiments.experiment import experiment_from_mapping
 from skylimb.robots import SHIPPED

@@ -10,7 +10,7 @@ import pytest
 from skylimb.apps.catalogue.schema import schemas
 from skylimb.apps.cli.main import main
 from skylimb.base.errors import ConfigError
-from skylimb.control.preset import preset_from_mapping
+from skylimb.control.laws.preset import preset_from_mapping
 from skylimb.flight.experiments.experiment import experiment_from_mapping
 
 ROOT = Path(__file__).parents[3]

@@ -11,8 +11,8 @@ from skylimb.apps.cli.key_tables import commented_toml
 from skylimb.apps.cli.main import main
 from skylimb.base.config import flatten, parse_assignment
 from skylimb.base.keys import Table, keys_of, tables_of
-from skylimb.control.preset import preset_from_mapping, preset_mapping
-from skylimb.control.preset_keys import preset_tables
+from skylimb.control.laws.preset import preset_from_mapping, preset_mapping
+from skylimb.control.laws.preset_keys import preset_tables
 from skylimb.flight.experiments.experiment import experiment_from_mapping
 from skylimb.robots.flight_file import FlightFile
 from skylimb.simulation.surfaces import FrictionMap, Patch, surface_from_mapping

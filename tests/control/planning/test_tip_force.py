@@ -7,10 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from skylimb.base.rotations import rot_z
+from skylimb.control.allocation.thrusts import allocate
 from skylimb.control.estimation.records import BodyState
 from skylimb.control.planning.tip_force import tip_force_map
 from skylimb.control.planning.vectoring import nominal_posture, vectoring_table
-from skylimb.control.thrusts import allocate
 from skylimb.robots import load_robot
 
 ROBOT = load_robot("hydrus_xi_quad")

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import skylimb
 from skylimb.apps.cli import main
 from skylimb.base.errors import SkylimbError
-from skylimb.control.preset import preset_mapping
+from skylimb.control.laws.preset import preset_mapping
 from skylimb.studies.campaign import CampaignProgress, report_campaign, run_campaign, tune
 from skylimb.studies.campaign.flight_queue import BATCH, FlightQueue, Interrupted
 

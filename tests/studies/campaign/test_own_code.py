@@ -9,7 +9,7 @@ import pytest
 from skylimb.base.config import write_toml
 from skylimb.base.errors import ConfigError
 from skylimb.control.controller import load_controller, resolved_tables
-from skylimb.control.preset import preset_mapping
+from skylimb.control.laws.preset import preset_mapping
 from skylimb.robots.loader import load_robot
 from skylimb.studies.campaign import run_campaign, tune
 from skylimb.studies.campaign.distributions import Distribution

@@ -19,8 +19,8 @@ def added_rows() -> list[tuple[str, str]]:
 
 def shipped_names(group: str) -> Iterable[str]:
     """The names that skylimb itself has in a group of `GROUPS`; a law's begins with its slot's."""
-    from skylimb.control.preset import preset_names
-    from skylimb.control.slots import SLOTS, law_names
+    from skylimb.control.laws.preset import preset_names
+    from skylimb.control.laws.slots import SLOTS, law_names
     from skylimb.flight.experiments.listing import list_experiments
     from skylimb.robots.loader import list_robots
     from skylimb.simulation.surfaces import SURFACES
@@ -36,7 +36,7 @@ def shipped_names(group: str) -> Iterable[str]:
 
 
 def _who(group: str, name: str, ships: set[str]) -> str:
-    from skylimb.control.slots import SLOTS
+    from skylimb.control.laws.slots import SLOTS
 
     who = added_by(group, name)
     if name in ships:

@@ -13,10 +13,10 @@ from skylimb.analysis.scores.score import Score
 from skylimb.base.errors import unknown_name
 from skylimb.base.keys import ANY_NUMBER, Table, keys_of, tables_of
 from skylimb.base.keys.fields import entry_section, fields_of, section_of
+from skylimb.control.laws.preset import preset_from_mapping, preset_mapping
+from skylimb.control.laws.preset_keys import law_tables, preset_tables
+from skylimb.control.laws.slots import SLOTS, find_law, law_names
 from skylimb.control.planning.trajectory_config import TrajectoryConfig
-from skylimb.control.preset import preset_from_mapping, preset_mapping
-from skylimb.control.preset_keys import law_tables, preset_tables
-from skylimb.control.slots import SLOTS, find_law, law_names
 from skylimb.flight.events import EVENTS
 from skylimb.flight.experiments.experiment import Settings
 from skylimb.flight.experiments.listing import list_controllers, list_experiments

@@ -13,8 +13,8 @@ from typing import Any
 from skylimb.base.config import to_mapping
 from skylimb.base.keys import Key
 from skylimb.base.keys.fields import default_of, fields_of, members_of
-from skylimb.control.preset import DEFAULT_LAWS, IMU, ROBOTS
-from skylimb.control.slots import SLOTS, find_law, law_names
+from skylimb.control.laws.preset import DEFAULT_LAWS, IMU, ROBOTS
+from skylimb.control.laws.slots import SLOTS, find_law, law_names
 from skylimb.flight.events import EVENTS
 from skylimb.flight.experiments.experiment import Experiment, Settings
 from skylimb.robots.flight_file import FlightFile

@@ -79,7 +79,7 @@ def _kind_of_path(name: str) -> str:
     """
     from skylimb.base.config import read_toml
     from skylimb.base.plugins import added_names
-    from skylimb.control.file_kinds import kind_of_tables
+    from skylimb.control.laws.file_kinds import kind_of_tables
     from skylimb.robots.loader import list_robots
 
     if name.endswith(".toml"):
@@ -138,7 +138,7 @@ def _show_physics(name: str) -> None:
 def _show_controller(name: str) -> None:
     """The gains of a preset, of a controller in a Python file, or of a TOML file that keeps a set of them."""
     from skylimb.apps.cli import key_tables
-    from skylimb.control.preset import preset_from_mapping, preset_mapping
+    from skylimb.control.laws.preset import preset_from_mapping, preset_mapping
 
     mapping, path = preset_mapping(name)
     if "file" in mapping:
@@ -149,7 +149,7 @@ def _show_controller(name: str) -> None:
         title = f"{controller.name}: a controller of your own"
         hint = f"Fly it: skylimb run --controller {name}"
     else:
-        from skylimb.control.preset_keys import preset_tables
+        from skylimb.control.laws.preset_keys import preset_tables
 
         preset = preset_from_mapping(mapping, path)
         tables = list(preset_tables(preset, mapping))

@@ -199,7 +199,7 @@ def _taken(kind: str) -> Iterable[str]:
     from skylimb.analysis.scores.user_scores import TAKEN
     from skylimb.apps.catalogue.added import shipped_names
     from skylimb.base.plugins import added_names
-    from skylimb.control.preset import preset_names
+    from skylimb.control.laws.preset import preset_names
 
     # The preset of a law is called as it is.
     further: dict[str, Iterable[str]] = {"law": preset_names(), "metric": TAKEN}

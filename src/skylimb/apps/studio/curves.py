@@ -12,7 +12,7 @@ from skylimb.analysis.scores.signals import Direction
 from skylimb.apps.studio.live_flight import LiveFlight
 from skylimb.base.signal_table import SIGNALS
 from skylimb.base.signals import Signal
-from skylimb.control.contact_machine import STATES
+from skylimb.control.contact.machine import STATES
 from skylimb.control.controller import controller_signals
 
 

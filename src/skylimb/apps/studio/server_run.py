@@ -17,7 +17,7 @@ from skylimb.apps.studio.server import StudioServer
 from skylimb.base.files import require_room
 from skylimb.base.interrupts import ENDS, answering_first, raising_again
 from skylimb.base.sources import read_source
-from skylimb.control.preset import preset_mapping
+from skylimb.control.laws.preset import preset_mapping
 from skylimb.flight.experiments.experiment import load_experiment
 
 if TYPE_CHECKING:

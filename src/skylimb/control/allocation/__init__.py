@@ -1,1 +1,1 @@
-"""Laws of the allocation slot: one file each, named by a preset's `[allocation] law = "..."`."""
+"""From a wanted force and torque to thrusts and vectoring angles: laws, and what they are made of."""

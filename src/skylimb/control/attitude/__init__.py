@@ -1,1 +1,1 @@
-"""Attitude laws and the target they follow."""
+"""What keeps the attitude, and the target that it follows."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from skylimb.base.keys import Key, configuration
 from skylimb.base.rotations import rotation_from_quaternion
-from skylimb.control.estimation.records import BodyState, Measurement, Sensed
+from skylimb.control.estimation.records import BodyState, Measurement, Sensed, Wrench
 from skylimb.robots.model import Robot
 from skylimb.symbolic import Array, cross, low_pass, stack
 
@@ -86,3 +86,9 @@ def see_body(gains: Any, state: AngleRateState, sensed: Sensed) -> tuple[AngleRa
     angles = stack(measurement.joint_angles, measurement.vectoring_angles)
     state, rates = angle_rates(gains, state, angles, sensed.dt)
     return state, body_state(sensed.robot, measurement, rates)
+
+
+def rotor_wrench(body: BodyState, thrusts: Array) -> Wrench:
+    """What the rotors do, eq:allocation for wrench: force in W (N) and torque in C (N m)."""
+    wrench = body.model.allocation_C @ thrusts
+    return Wrench(body.R_WC @ wrench[0:3], wrench[3:6])

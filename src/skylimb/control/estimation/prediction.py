@@ -17,6 +17,7 @@ from skylimb.control.estimation.body_state import (
     angle_rates,
     body_state,
     initial_angle_rate_state,
+    rotor_wrench,
 )
 from skylimb.control.estimation.delay import DelayState, delayed_wrench, remember
 from skylimb.control.estimation.momentum_observer import (
@@ -26,7 +27,6 @@ from skylimb.control.estimation.momentum_observer import (
     observe,
 )
 from skylimb.control.estimation.records import BodyState, Measurement
-from skylimb.control.thrusts import rotor_wrench
 from skylimb.robots.model import Robot
 from skylimb.robots.posed import RobotState
 from skylimb.symbolic import Array, cross, dot, low_pass, right_inverse, stack, vector, where

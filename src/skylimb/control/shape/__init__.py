@@ -1,1 +1,1 @@
-"""Shape laws: what the arm does with the contact force."""
+"""What the arm does with the contact force."""

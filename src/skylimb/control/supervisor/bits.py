@@ -6,9 +6,9 @@ from math import sin
 from typing import Any
 
 from skylimb.control.estimation.gates import over
-from skylimb.control.late_gains import MOST
 from skylimb.control.supervisor.belief import Belief
 from skylimb.control.supervisor.descents import Descents
+from skylimb.control.supervisor.late_gains import MOST
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Watch
 from skylimb.control.supervisor.retreat import DESCENT

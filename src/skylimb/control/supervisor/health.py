@@ -13,7 +13,7 @@ from skylimb.control.estimation.prediction import Prediction
 from skylimb.control.estimation.records import BodyState, Measurement
 from skylimb.control.estimation.rotor_loss import Loss, Seen, look
 from skylimb.control.estimation.servos import Servos, watch_servos
-from skylimb.control.late_gains import MOST
+from skylimb.control.supervisor.late_gains import MOST
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Watch
 from skylimb.control.supervisor.table import CUT, DESCEND

@@ -10,11 +10,11 @@ from skylimb.base.split_function import Asked
 from skylimb.control.controller import TraceableController
 from skylimb.control.estimation.gates import BEYOND
 from skylimb.control.estimation.records import Measurement
-from skylimb.control.late_gains import late_gains
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import PACE
 from skylimb.control.records import Command
 from skylimb.control.supervisor.descents import descents_of
+from skylimb.control.supervisor.late_gains import late_gains
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Watch, initial_watch
 from skylimb.control.supervisor.supervisor import after, before

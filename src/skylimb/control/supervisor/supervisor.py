@@ -12,12 +12,12 @@ from __future__ import annotations
 from typing import Any
 
 from skylimb.base.packing import chosen
+from skylimb.control.allocation.rotor_lag import time_constants
 from skylimb.control.estimation.gates import BEYOND, numbers
 from skylimb.control.estimation.prediction import moved
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.missions.reference import Reference
 from skylimb.control.records import Command
-from skylimb.control.rotor_lag import time_constants
 from skylimb.control.supervisor.belief import believed
 from skylimb.control.supervisor.bits import bits_of
 from skylimb.control.supervisor.descents import Descents

@@ -1,1 +1,1 @@
-"""Translation laws: one file each, picked by a preset's `[translation] law = "..."`."""
+"""What keeps the centre of gravity: laws, and what more than one of them is made of."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from skylimb.control.cascade import Cascade
 from skylimb.control.controller import Controller, is_traceable
-from skylimb.control.user_controller import UserController
+from skylimb.control.laws.user_controller import UserController
 
 
 class PythonTime(NamedTuple):

@@ -17,7 +17,7 @@ from skylimb.base.errors import ConfigError, unknown_name
 from skylimb.base.keys import Key, configuration
 from skylimb.base.packing import Layout
 from skylimb.control.controller import is_traceable
-from skylimb.control.prepared_gains import settled
+from skylimb.control.laws.prepared_gains import settled
 from skylimb.flight.events.event import Change, Event, EventContext, GainRows, write_changes
 
 

@@ -18,7 +18,7 @@ from skylimb.base.errors import ConfigError, SkylimbError, UnknownNameError, unk
 from skylimb.base.keys import Key, KeyInfo, configuration, keys_of
 from skylimb.base.keys.key import shown
 from skylimb.base.plugins import added_file, added_names
-from skylimb.control.file_kinds import require_kind
+from skylimb.control.laws.file_kinds import require_kind
 from skylimb.control.loop.terminations import Terminations
 from skylimb.control.missions.configuration import MissionConfig
 from skylimb.control.planning.posture_path import PostureConfig

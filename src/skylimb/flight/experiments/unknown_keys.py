@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from skylimb.base.errors import UnknownNameError, nearest, unknown_name
-from skylimb.control.slots import SLOTS, shipped_gains
+from skylimb.control.laws.slots import SLOTS, shipped_gains
 
 
 def unknown_key(

@@ -18,10 +18,10 @@ from skylimb.base.files import new_folder
 from skylimb.base.keys import rows_of
 from skylimb.base.packing import Layout
 from skylimb.control.controller import Controller, TraceableController, require_compiled
+from skylimb.control.laws.traced_step import TracedStep
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Told
 from skylimb.control.supervisor.table import TABLE
-from skylimb.control.traced_step import TracedStep
 from skylimb.flight.export.step import NAME, Vector, controller_step, example_vector
 from skylimb.robots.model import Robot
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from skylimb.control.controller import TraceableController
+from skylimb.control.laws.traced_step import TracedStep, traced_step
+from skylimb.control.laws.user_trace import shaken_hover
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.supervised import Supervised
-from skylimb.control.traced_step import TracedStep, traced_step
-from skylimb.control.user_trace import shaken_hover
 
 NAME = "skylimb_controller_function"
 

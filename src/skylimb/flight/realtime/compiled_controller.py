@@ -11,9 +11,9 @@ import numpy as np
 from skylimb.base.bound_function import BoundFunction
 from skylimb.base.split_function import made_faster
 from skylimb.control.estimation.records import Measurement
+from skylimb.control.laws.traced_step import traced_step
 from skylimb.control.missions.reference import Reference
 from skylimb.control.records import Command
-from skylimb.control.traced_step import traced_step
 
 
 class CompiledController:

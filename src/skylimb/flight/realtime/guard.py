@@ -11,11 +11,11 @@ import numpy as np
 from skylimb.control.controller import Controller
 from skylimb.control.estimation.gates import FAULTS
 from skylimb.control.estimation.records import Measurement, Taken
-from skylimb.control.late_gains import late_gains
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import PACE, needs_of
 from skylimb.control.records import Command
 from skylimb.control.supervisor.halves import Halves
+from skylimb.control.supervisor.late_gains import late_gains
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Told
 from skylimb.control.supervisor.table import RETREAT, TABLE

@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 
 from skylimb.base.split_function import Asked
+from skylimb.control.allocation.rotor_lag import Rotors, lagging_thrusts, made_wrench, time_constants
 from skylimb.control.cascade import Cascade
 from skylimb.control.controller import TraceableController
 from skylimb.control.corrections import Corrections, for_rotors
+from skylimb.control.estimation.body_state import rotor_wrench
 from skylimb.control.estimation.records import Measurement, Signals, Wrench
+from skylimb.control.laws.slots import Slot
 from skylimb.control.missions.reference import Reference
 from skylimb.control.records import Allocated, Demand, LawInput
-from skylimb.control.rotor_lag import Rotors, lagging_thrusts, made_wrench, time_constants
-from skylimb.control.slots import Slot
 from skylimb.control.thrust_and_angle import as_pairs, from_pairs
-from skylimb.control.thrusts import rotor_wrench
 from skylimb.robots.model import Robot
 from skylimb.symbolic import Array, where
 

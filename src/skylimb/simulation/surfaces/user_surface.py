@@ -33,7 +33,7 @@ from skylimb.base.packing import Layout
 from skylimb.base.sources import Source, read_source
 from skylimb.base.user_code import UserCode, settings_class
 from skylimb.base.user_modules import load_module, sources_of_module
-from skylimb.control.user_functions import traceable
+from skylimb.control.laws.user_functions import traceable
 from skylimb.simulation.surfaces.curved import CurvedSurface
 from skylimb.simulation.surfaces.graph import Formula, tightest_hollow
 from skylimb.simulation.surfaces.shape import NativeShape, c_of_touch, meeting

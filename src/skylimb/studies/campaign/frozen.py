@@ -25,9 +25,9 @@ from skylimb.control.controller import (
     load_controller,
 )
 from skylimb.control.corrections import read_corrections, with_corrections
-from skylimb.control.preset import preset_mapping, preset_names
-from skylimb.control.slots import SLOTS, law_file
-from skylimb.control.traced_step import traced_step
+from skylimb.control.laws.preset import preset_mapping, preset_names
+from skylimb.control.laws.slots import SLOTS, law_file
+from skylimb.control.laws.traced_step import traced_step
 from skylimb.flight.experiments.experiment import Experiment, experiment_from_mapping, experiment_tables
 from skylimb.flight.flight_run import config_units
 from skylimb.robots.loader import load_robot

@@ -11,11 +11,11 @@ from skylimb.base.errors import ConfigError, unknown_name
 from skylimb.base.packing import Layout
 from skylimb.control.controller import Controller, TraceableController
 from skylimb.control.estimation.records import Measurement
+from skylimb.control.laws.user_controller import user_controller
 from skylimb.control.missions.reference import Reference
 from skylimb.control.planning.vectoring import nominal_posture
 from skylimb.control.records import Command
 from skylimb.control.thrust_and_angle import from_pairs
-from skylimb.control.user_controller import user_controller
 from skylimb.flight.drivers.native.lockstep import LockStep
 from skylimb.flight.takeoff import Takeoff
 from skylimb.robots.model import Robot

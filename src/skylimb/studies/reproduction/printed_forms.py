@@ -13,11 +13,11 @@ import numpy as np
 
 from skylimb.control.cascade import Cascade
 from skylimb.control.controller import cascade_from_tables
+from skylimb.control.laws.preset import preset_mapping
 from skylimb.control.planning.vectoring import vectoring_table
-from skylimb.control.preset import preset_mapping
 from skylimb.control.records import ArmTarget
-from skylimb.control.shape import admittance
-from skylimb.control.translation import impedance
+from skylimb.control.shape.laws import admittance
+from skylimb.control.translation.laws import impedance
 from skylimb.robots.model import Robot
 from skylimb.symbolic import clip
 

@@ -1,0 +1,1 @@
+"""Laws of the attitude slot: one file each, named by a preset's `[attitude] law = "..."`."""

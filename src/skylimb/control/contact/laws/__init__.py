@@ -1,0 +1,1 @@
+"""Laws of the contact slot: one file each, named by a preset's `[contact] law = "..."`."""

@@ -1,0 +1,121 @@
+"""Whether a user's controller can be compiled: its step is tried on symbols, and held against numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from skylimb.base.packing import Layout, with_floats
+from skylimb.base.user_code import described
+from skylimb.control.estimation.records import Imu, Measurement
+from skylimb.control.laws.traced_step import TracedStep, traced_step
+from skylimb.control.missions.reference import Reference, zero_reference
+from skylimb.control.needs import PACE, TORQUE
+from skylimb.control.planning.vectoring import nominal_posture
+from skylimb.robots.model import Robot
+
+STEPS = 4
+"""Ticks over which both ways are compared."""
+
+PERIOD = 0.005
+"""Control period of the trial, s."""
+
+TOLERANCE = 1e-7
+"""Relative difference of numbers that are the same but for the order of operations."""
+
+
+def untraceable(make: Callable[[], Any]) -> str:
+    """Why a user's controller cannot be compiled, in a sentence; empty where it can.
+
+    The traced step has to give the numbers of the Python step over some ticks. So a step that keeps something
+    outside of its state, draws random numbers or asks a clock flies in Python.
+
+    Args:
+        make: makes a `CompiledUserController` like the one that will fly; the trial spoils it.
+    """
+    try:
+        trial = make()
+        before = plain_attributes(trial.made)
+        step = traced_step(trial, PERIOD, len(trial.needs.preview))
+        if trial.needs.paced and PACE not in step.signals.slices:
+            return f"it sets the mission's pace, but has no signal '{PACE}'"
+        problem = _difference(trial, step)
+        changed = sorted(
+            name for name, text in plain_attributes(trial.made).items() if before.get(name) != text
+        )
+        if changed:
+            return f"its step changes its own '{changed[0]}'; what it remembers belongs into its state"
+        return problem
+    except Exception as error:  # whatever it is, the flight in Python will say so if it matters there
+        return described(error)
+
+
+def _difference(trial: Any, step: TracedStep) -> str:
+    """What the traced step gives otherwise than the Python step over some ticks; empty where nothing."""
+    rng = np.random.default_rng(0)
+    gains, state, flat = trial.gains(), trial.made.initial_state(), step.state
+    needs = trial.needs
+    for _ in range(STEPS):
+        measurement, reference = shaken_hover(trial.robot, rng, len(needs.preview), imu=needs.imu)
+        given = step.inputs.measurement.pack(measurement), step.inputs.reference.pack(reference)
+        state, command, signals = trial.made.step(gains, state, measurement, reference, PERIOD)
+        flat, *results = (part.full().ravel() for part in step.function.call([flat, *given, step.gains]))
+        layouts: tuple[Layout[Any], ...] = step.inputs.state, step.commands, step.signals
+        python: tuple[Any, ...] = state, command, with_floats(dict(signals))
+        for layout, one, record in zip(layouts, (flat, *results), python, strict=True):
+            other = layout.pack(record)
+            for name, part in layout.slices.items():
+                if not np.allclose(one[part], other[part], TOLERANCE, TOLERANCE, equal_nan=True):
+                    return (
+                        f"on symbols its step gives another '{name.rpartition('.')[2] or 'state'}' than on "
+                        "numbers; the step may depend on its arguments alone, and uses functions of "
+                        "skylimb.symbolic in place of math's"
+                    )
+    return ""
+
+
+def plain_attributes(made: Any) -> dict[str, str]:
+    """The plain values of an object or a module, as text: to see whether a step has changed them."""
+    plain = (int, float, str, list, dict, tuple, set, np.ndarray, type(None))
+    known = {name: value for name, value in vars(made).items() if not name.startswith("__")}
+    return {name: repr(value) for name, value in known.items() if isinstance(value, plain)}
+
+
+def shaken_hover(
+    robot: Robot, rng: np.random.Generator, ahead: int = 0, vectoring: str = TORQUE, imu: bool = False
+) -> tuple[Measurement, Reference]:
+    """A robot near the origin in its nominal posture, shaken about, and a reference beside it.
+
+    Args:
+        robot: any robot.
+        rng: shakes it.
+        ahead: how many references ahead the reference holds.
+        vectoring: purpose of its vectoring angles.
+        imu: whether it has one.
+    """
+    q, psi = nominal_posture(robot, vectoring)
+    x, y, z = np.eye(3)
+    exact = z, np.array([1.0, 0.0, 0.0, 0.0]), np.zeros(3), np.zeros(3), q, psi
+    p, quaternion, *others = list[Any](part + 0.01 * rng.standard_normal(part.shape) for part in exact)
+    reference = zero_reference(robot.n_joints, robot.n_vectoring)._replace(
+        position=z + 0.1 * rng.standard_normal(3),
+        velocity=0.1 * rng.standard_normal(3),
+        heading=0.1 * float(rng.standard_normal()),
+        joint_angles=q,
+        vectoring_angles=psi,
+        contact_axis=x,
+        sliding_axis=y,
+        tip_position=z + x,
+        reach=1.0,
+        touch=1.0,
+    )
+    shaken = Measurement(p, quaternion / np.linalg.norm(quaternion), *others)
+    if imu:
+        said = np.zeros(3), robot.description.gravity * z
+        shaken = shaken._replace(imu=Imu(*(part + 0.01 * rng.standard_normal(3) for part in said)))
+    return (
+        shaken,
+        reference._replace(ahead=(reference,) * ahead),
+    )
