@@ -33,7 +33,7 @@ from skylimb.robots.posed import RobotState
 DT = 0.005
 R = rotation_from_rpy(0.05, -0.1, 0.4)
 Make = Callable[..., LawInput]
-PRESETS = Path(pseudoinverse.__file__).parents[1] / "presets"
+PRESETS = Path(pseudoinverse.__file__).parents[2] / "presets"
 
 
 @pytest.fixture

@@ -140,7 +140,8 @@ def test_a_field_that_may_be_absent_is_none(load: Load) -> None:
 
 def test_a_law_may_build_on_one_that_ships(load: Load) -> None:
     own = (
-        "from skylimb.control.translation import {0}\nGains, initial_state = {0}.Gains, {0}.initial_state\n"
+        "from skylimb.control.translation.laws import {0}\n"
+        "Gains, initial_state = {0}.Gains, {0}.initial_state\n"
         "def step(gains, state, inputs):\n    return {0}.step(gains, state, inputs)\n"
     )
     load("pid", {"translation": own.format("pid")}, **preset_mapping("pid")[0]["translation"])

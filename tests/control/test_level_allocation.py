@@ -27,7 +27,7 @@ from skylimb.robots.posed import RobotState
 DT = 0.005
 YAW = rot_z(0.4)
 TORQUE = np.array([0.1, -0.15, 0.2])
-PRESETS = Path(pseudoinverse.__file__).parents[1] / "presets"
+PRESETS = Path(pseudoinverse.__file__).parents[2] / "presets"
 Make = Callable[..., LawInput]
 
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from skylimb.base.keys import Key, configuration
 from skylimb.base.rotations import quaternion_product
+from skylimb.control.estimation.prediction import parted
 from skylimb.control.estimation.records import Measurement
 from skylimb.simulation.imu import (
     ImuConfig,
@@ -227,14 +228,14 @@ def sense(
     age = where(failure.held > 0.5, state.age + dt, age)
     angles = stack(joint_angles + noise.joint_angles, vectoring_angles + noise.vectoring_angles)
     angles = where(failure.stuck_angles > 0.5, state.angles, angles)
-    joints = noise.joint_angles.shape[0]
+    joints, vectoring = parted(angles, noise.joint_angles.shape[0])
     measurement = Measurement(
         position=shown[0:3],
         quaternion=shown[3:7],
         velocity=shown[7:10],
         angular_velocity=shown[10:13],
-        joint_angles=angles[:joints],
-        vectoring_angles=angles[joints:],
+        joint_angles=joints,
+        vectoring_angles=vectoring,
         capture_age=age + failure.stamp,
     )
     state = SensorState(rows, shown, angles, age, state.imu)
