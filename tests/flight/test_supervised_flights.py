@@ -133,21 +133,39 @@ def test_a_tick_that_comes_too_late_keeps_the_paths_pace() -> None:
 
 
 LOOKED_AT = {**CIRCLE, "trajectory.period": 4.0, "supervisor.on": True, "supervisor.losses": True}
+CATALOGUED = {
+    "phases.hover": 0.5,
+    "phases.tare": 2.0,
+    "phases.settle": 1.0,
+    "phases.hover_end": 0.2,
+    "approach.speed": 0.1,
+    "approach.standoff": 0.02,
+    "approach.depth": 0.05,
+    "trajectory.radius": 0.1,
+    "trajectory.period": 8.0,
+    "supervisor.on": True,
+    "supervisor.losses": True,
+}
+"""As the catalogue of faults is flown."""
 
 
 def test_a_pose_that_comes_back_looks_like_no_lost_rotor() -> None:
     """The velocity jumps as frames come back; that read as a rotor's loss, and the flight was broken off."""
     lost = {"kind": "sensor", "time": 9.045197, "capture": "lost", "duration": 0.5}
-    steep = {"surface.slope": -0.349, "seed": 3726977014}
-    circle = {"trajectory.radius": 0.1, "trajectory.period": 8.0}
-    times = {"phases.hover": 0.5, "phases.tare": 2.0, "phases.settle": 1.0, "phases.hover_end": 0.2}
-    approach = {"approach.speed": 0.1, "approach.standoff": 0.02, "approach.depth": 0.05}
-    asked = {**steep, **times, **approach, **circle, "supervisor.on": True}
-    asked |= {"supervisor.losses": True, "events": [lost], "stop_at": 9.8}
-    flown = skylimb.run("paper", "following", set=asked)
+    asked = {**CATALOGUED, "surface.slope": -0.349, "events": [lost], "stop_at": 9.8}
+    flown = skylimb.run("paper", "following", seed=3726977014, set=asked)
     modes = flown.log.supervisor_mode.values
     assert (modes == 1.0).sum() > 80
     assert modes.max() == 1.0
+
+
+@pytest.mark.parametrize("stuck", ["velocity", "rates"])
+def test_a_twist_that_sticks_looks_like_no_lost_rotor(stuck: str) -> None:
+    # What stands in for it follows the poses, and so their noise: of that the loss of a rotor was read.
+    fault = {"kind": "sensor", "time": 7.0, "latest": 10.0, "stuck": stuck}
+    asked = {**CATALOGUED, "surface.slope": 0.349, "events": [fault]}
+    log = skylimb.run("paper", "following", seed=2788046415, set=asked).log
+    assert set(log.supervisor_mode.values) == {0.0, 2.0}
 
 
 def test_frames_that_come_later_are_noticed_and_flown_with() -> None:

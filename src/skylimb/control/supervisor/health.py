@@ -110,9 +110,11 @@ def examined(
     astray = max(each) if each.shape[0] else 0.0
     loose = _loose(robot, watch, each, speeds)
     # A robot that swings, as frames are older than its model assumes, or that bends where nobody sent it,
-    # looks like one without a rotor; so does one whose pose has just come back.
+    # looks like one without a rotor; so does one whose pose has just come back, or whose twist is the model's
+    # as what is seen of it does not fit the poses.
     behind = limits.latency + late.late
     timely = within(measured.capture_age, 0.0, behind + LATE)
+    good = good * within(watch.twist.wrong, 0.0, 0.5)
     fresh = good * timely * (1.0 - astray) * over(back, SETTLED)
     found, lost = look(watch.loss, prediction.observer, body, prediction.thrusts, behind, fresh, dt)
     descending = within(watch.mode, DESCEND, CUT)
