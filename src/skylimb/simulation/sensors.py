@@ -16,7 +16,6 @@ import numpy as np
 
 from skylimb.base.keys import Key, configuration
 from skylimb.base.rotations import quaternion_product
-from skylimb.control.estimation.prediction import parted
 from skylimb.control.estimation.records import Measurement
 from skylimb.simulation.imu import (
     ImuConfig,
@@ -228,14 +227,15 @@ def sense(
     age = where(failure.held > 0.5, state.age + dt, age)
     angles = stack(joint_angles + noise.joint_angles, vectoring_angles + noise.vectoring_angles)
     angles = where(failure.stuck_angles > 0.5, state.angles, angles)
-    joints, vectoring = parted(angles, noise.joint_angles.shape[0])
+    joints = noise.joint_angles.shape[0]
     measurement = Measurement(
         position=shown[0:3],
         quaternion=shown[3:7],
         velocity=shown[7:10],
         angular_velocity=shown[10:13],
-        joint_angles=joints,
-        vectoring_angles=vectoring,
+        # Of no joints there is nothing to part: CasADi makes a row of what is left of a single symbol.
+        joint_angles=angles[:joints] if joints else joint_angles,
+        vectoring_angles=angles[joints:] if angles.shape[0] > joints else vectoring_angles,
         capture_age=age + failure.stamp,
     )
     state = SensorState(rows, shown, angles, age, state.imu)

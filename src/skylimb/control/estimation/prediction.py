@@ -94,12 +94,10 @@ def differenced(state: Prediction, angles: Array, dt: float) -> tuple[Prediction
 def parted(angles: Array, n_joints: int) -> tuple[Array, Array]:
     """Joint angles and vectoring angles of all angles together.
 
-    Of a single symbol CasADi makes a row where nothing is left: that is nothing of NumPy's here.
+    Of a single symbol CasADi makes a row where nothing is left, so nothing is nothing of NumPy's.
     """
-    joints, vectoring = (
-        np.zeros(0) if part.shape == (1, 0) else part for part in (angles[:n_joints], angles[n_joints:])
-    )
-    return joints, vectoring
+    none = np.zeros(0)
+    return angles[:n_joints] if n_joints else none, angles[n_joints:] if angles.shape[0] > n_joints else none
 
 
 def shown(state: Prediction, model: RobotState, n_joints: int, speeds: Array) -> Measurement:
