@@ -3,6 +3,7 @@ import errno
 import os
 import subprocess
 import sys
+import time
 import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -102,7 +103,10 @@ def test_a_compiler_that_is_given_up_leaves_nothing_running(
     with pytest.raises(CompileError, match="timed out"):
         compiling.compile_c([tmp_path / "a.c"], tmp_path / "a.so", compiling.FLAGS)
     status = Path(f"/proc/{pid.read_text().strip()}/status")
-    assert not status.exists() or "zombie" in status.read_text()
+    begun = time.monotonic()
+    while status.exists() and "zombie" not in status.read_text():
+        assert time.monotonic() < begun + 10.0  # a busy computer takes its time to end what was killed
+        time.sleep(0.02)
 
 
 @needs_compiler
