@@ -84,7 +84,7 @@ def run(
     lab = read_lab_config(config.lab_files, plan.robot)
     servos = lab.servos is not None
     topics = rim.dialect.topics(config.profile, servos)
-    rim.reach()
+    rim.reach(config.profile)
     profile = _profile(rim, config, plan, missions, lab, pacer)
     rim.say_left_out(config.profile, (*topics.subscribed, *topics.published), config.messages, say)
     if config.profile == "controller":
