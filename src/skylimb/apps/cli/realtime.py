@@ -92,7 +92,7 @@ def fly(
     if check:
         from skylimb.flight.realtime.fly_robot import check_robot
 
-        with closing(UdpLink(address_of(listen, anywhere), address_of(udp, anywhere))) as link:
+        with closing(UdpLink(address_of(listen, anywhere), address_of(udp, anywhere, peer=True))) as link:
             found = check_robot(link, experiment, settings, calibration=calibration, start=start)
         print(*(one.line for one in found), sep="\n")
         return 0 if all(one.fine for one in found) else 1
@@ -116,7 +116,7 @@ def fly(
                 )  # fmt: skip
             from skylimb.flight.realtime.fly_robot import fly_robot
 
-            with closing(UdpLink(address_of(listen, anywhere), address_of(udp, anywhere))) as link:
+            with closing(UdpLink(address_of(listen, anywhere), address_of(udp, anywhere, peer=True))) as link:
                 return fly_robot(
                     link, experiment, controller, settings, progress=report,
                     calibration=calibration, recorder=recorder, start=start,
