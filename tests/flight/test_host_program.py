@@ -79,8 +79,16 @@ def test_input_that_is_cut_is_told(
     assert main(["export-c", "--log", str(tmp_path / "log.nc"), str(tmp_path / "c")]) == 0
     assert "./host < flight.bin > commands.bin" in capsys.readouterr().out
     program, content = linked(tmp_path / "c", strict_c), (tmp_path / "c" / FLIGHT).read_bytes()
-    for part in (b"", content[:-8]):
-        assert subprocess.run([program], input=part, capture_output=True, check=False).returncode == 1
+    for part, why in ((b"", "the input is empty"), (content[:-8], "the input ends within a tick")):
+        done = subprocess.run([program], input=part, capture_output=True, check=False)
+        assert (done.returncode, why in done.stderr.decode()) == (1, True)
+    with Path("/dev/full").open("wb") as full:  # the last commands, too, that one buffer holds
+        for part in (content, content[: len(content) // len(run.log.time)]):
+            done = subprocess.run([program], input=part, stdout=full, stderr=subprocess.PIPE, check=False)
+            assert (done.returncode, done.stderr.decode().endswith("host: commands cannot be written\n")) == (
+                2,
+                True,
+            )
     with pytest.raises(ConfigError, match="cannot be written as C"):
         host_input(run, takeoff.experiment, type("Own", (), {"name": "own"})())  # type: ignore[arg-type]
 

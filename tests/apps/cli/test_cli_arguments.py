@@ -19,6 +19,7 @@ def verb(
     count: Annotated[int | None, arg("How many.", "N")] = None,
     kind: Annotated[Literal["big", "small"], arg("Which.")] = "big",
     names: Annotated[tuple[str, ...], arg("Who.", "NAME ...")] = ("a", "b"),
+    box: Annotated[tuple[float, ...] | None, arg("From where to where.", "M ...")] = None,
     set: Annotated[dict[str, Any] | None, arg("Change.", "K=V ...", settings_of)] = None,
     quick: Annotated[bool, arg("Whether.")] = False,
 ) -> None:
@@ -63,6 +64,8 @@ def test_what_is_left_out_takes_the_default_of_the_function() -> None:
         (["x", "--names", "c", "d", "e"], {"names": ("c", "d", "e")}),
         (["x", "--set", "a=1", "b=-2", "--set", "c=3"], {"set": {"a": 1, "b": -2, "c": 3}}),
         (["x", "--count", "-3"], {"count": -3}),
+        (["x", "--box", "-1", "2.5"], {"box": (-1.0, 2.5)}),
+        (["x", "--box"], {"box": ()}),
         (["x", "--quick"], {"quick": True}),
         (["--no-quick", "x"], {"quick": False}),
     ],
@@ -87,6 +90,7 @@ def test_options_that_verbs_share_come_as_one_value() -> None:
         ([], "WHAT is missing; see skylimb do --help"),
         (["x", "--speed", "high"], "--speed = 'high' is not a number"),
         (["x", "--count", "1.5"], "--count = '1.5' is not a whole number"),
+        (["x", "--box", "1", "far"], "--box = 'far' is not a number"),
         (["x", "--set", "a=1", "a=2"], "--set gives 'a' twice"),
         (["x", "--kind", "smal"], "--kind = 'smal' is not one of big, small; did you mean 'small'?"),
         (["x", "--speed"], "--speed needs a value"),
@@ -111,7 +115,7 @@ def test_the_help_has_usage_meanings_defaults_and_examples() -> None:
         assert words in text
     assert text.endswith("Examples\n  skylimb do a\n  skylimb do b")
     assert "--no-quick" in text
-    assert flags(verb) == ["--speed", "--count", "--kind", "--names", "--set", "--quick"]
+    assert flags(verb) == ["--speed", "--count", "--kind", "--names", "--box", "--set", "--quick"]
 
 
 def test_an_assignment_is_refused_in_words_of_its_option() -> None:

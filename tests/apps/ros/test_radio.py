@@ -124,7 +124,7 @@ def test_a_radio_that_is_silent_already_lets_nothing_begin() -> None:
 
 
 def test_another_pad_has_other_numbers() -> None:
-    pad = limits_of((), {"land": 7, "halt": 2, "forward": 0, "yaw": 4}, "land").pad
+    pad = limits_of(None, {"land": 7, "halt": 2, "forward": 0, "yaw": 4}, "land").pad
     pressed = replace(REST, buttons=(1, 0, 0, 0, 0, 0, 0, 1))
     assert ordered(REST, pressed, pad) == [Order.LAND]
     nav = steered(replace(REST, axes=(1.0, 0.0, 0.0, 0.0, 0.0)), FlightLimits(pad=pad))
@@ -138,4 +138,4 @@ def test_another_pad_has_other_numbers() -> None:
         ({"yaw": 1.5}, "yaw"),
     ):
         with pytest.raises(ConfigError, match=words):
-            limits_of((), wrong, "land")
+            limits_of(None, wrong, "land")

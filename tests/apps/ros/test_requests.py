@@ -61,6 +61,13 @@ def test_a_pose_is_reached_in_the_labs_time(ask: Any) -> None:
     assert np.diff(way[:, 0]).max() / 0.01 < 1.0
 
 
+@pytest.mark.parametrize("frame", ["", "world", "/world"])
+def test_targets_are_in_the_world(ask: Any, frame: str) -> None:
+    pose = Pose(10.0, (0.1, 0.0, 1.0), LEVEL, frame)
+    for out in (ask(pose), ask(Path((pose,), frame))):
+        np.testing.assert_array_equal(out.legs[0].end.position, [0.1, 0.0, 1.0])
+
+
 def test_velocity_is_the_derivative_of_the_way(ask: Any) -> None:
     targets, step = ask(Pose(10.0, (1.0, 0.5, 1.5), LEVEL)), 1e-4
     for now in (10.5, 11.0, 11.9):
@@ -80,6 +87,12 @@ def test_velocity_is_the_derivative_of_the_way(ask: Any) -> None:
         (Pose(0.0, (math.nan, 0.0, 1.0), LEVEL), "no number"),
         (Pose(0.0, (0.0, 0.0, 1.0), (0.0, 0.0, 0.0, 0.0)), "no unit quaternion"),
         (Pose(0.0, (0.0, 0.0, 1.0), (math.inf, 0.0, 0.0, 0.0)), "no unit quaternion"),
+        (
+            Pose(0.0, (1.0, 0.0, 1.0), LEVEL, "hydrus_xi/cog"),
+            "it is in the frame 'hydrus_xi/cog', and targets are in 'world'",
+        ),
+        (Path((Pose(0.0, (1.0, 0.0, 1.0), LEVEL, ""),), "map"), "it is in the frame 'map'"),
+        (Path((Pose(0.0, (1.0, 0.0, 1.0), LEVEL, "map"),)), "it is in the frame 'map'"),
         (Path(()), "without poses"),
         (Path((Pose(0.0, (1.0, 0.0, 1.0), LEVEL), Pose(0.0, (1.0, 0.0, 0.0), LEVEL))), "below 0.3 m"),
         (replace(NAV, xy_mode=3), "neither a position nor a velocity"),
@@ -87,8 +100,8 @@ def test_velocity_is_the_derivative_of_the_way(ask: Any) -> None:
         (replace(NAV, velocity=(math.inf, 0.0, 0.0)), "no number"),
         (replace(NAV, xy_mode=2, position=(50.0, 0.0, 0.0)), "more than 10 m away"),
         (Joints(0.0, ("joint9",), (1.0,)), "no joint is called 'joint9'"),
-        (Joints(0.0, ("joint1", "joint1"), (1.0, 1.0)), "2 angles for 1 joints"),
-        (Joints(0.0, (), (1.0,)), "1 angles for 3 joints"),
+        (Joints(0.0, ("joint1", "joint1"), (1.0, 1.0)), "'joint1' is named more than once"),
+        (Joints(0.0, (), (1.0,)), "joints and angles are not as many: 3 and 1"),
         (Joints(0.0, ("joint1",), (math.nan,)), "no number"),
         (Joints(0.0, ("joint1",), (1.9,)), "joint1 = 1.90 rad is beyond its -1.57 .. 1.57 rad"),
     ],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -10,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import skylimb
-from skylimb.apps.ros1.installation import require_loopback
+from skylimb.apps.ros1.installation import require_loopback, require_master
 from skylimb.base.errors import ConfigError
 
 SOURCE = Path(skylimb.__file__).parent
@@ -59,3 +60,20 @@ def test_another_machine_only_by_a_flag(monkeypatch: pytest.MonkeyPatch) -> None
 
     assert os.environ["ROS_IP"] == "127.0.0.1"
     assert "ROS_HOSTNAME" not in os.environ
+
+
+def test_a_node_whose_name_is_taken_does_not_begin(
+    master: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The master would shut the other one down, also in flight."""
+    import rosgraph
+
+    monkeypatch.setenv("ROS_MASTER_URI", master["ROS_MASTER_URI"])
+    require_master("both")
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        address = f"http://127.0.0.1:{other.getsockname()[1]}/"
+        rosgraph.Master("/skylimb_both").registerSubscriber("/odd", "*", address)
+        with pytest.raises(ConfigError, match=r"^node '/skylimb_both' runs already .* would end it"):
+            require_master("both")
+        require_master("controller")
+    require_master("both")  # of a node that was killed only its name is left

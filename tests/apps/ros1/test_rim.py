@@ -1,10 +1,17 @@
-"""What ROS 1's rim says before a node begins."""
+"""What ROS 1's rim says before a node begins, and what it does when ROS ends it."""
 
 from __future__ import annotations
+
+import time
+import xmlrpc.client
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import pytest
 
 from skylimb.analysis.exchange.lab_topics import Topic
+from skylimb.apps.ros.answers import END
+from skylimb.apps.ros.bridge import Bridge
 from skylimb.apps.ros.profile import PROFILES
 from skylimb.apps.ros1.rim import say_left_out
 from skylimb.base.errors import ConfigError
@@ -22,3 +29,38 @@ def test_only_the_profile_without_a_robot_does_without_unknown_types(profile: st
     else:
         with pytest.raises(ConfigError, match=r"^no definition of lab/Odd: name the robot"):
             say_left_out(profile, (known, unknown), (), said.append)
+
+
+MESSAGES = Path(__file__).parents[2] / "analysis" / "exchange" / "messages"
+
+
+def test_who_shuts_a_node_down_lands_it_first(
+    master: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As `rosnode kill` does, and the master where another node takes the name."""
+    import rosgraph
+
+    for name, value in master.items():
+        monkeypatch.setenv(name, value)
+    bridge = Bridge("skylimb.apps.ros1", "both", [str(MESSAGES)], "hydrus_xi", False, False)
+    seen: set[str] = set()
+
+    def until(topic: str) -> None:
+        end = time.monotonic() + 30.0
+        while topic not in seen and time.monotonic() < end:
+            seen.update(one.topic for one in bridge.take())
+            time.sleep(0.02)
+        assert topic in seen
+
+    with ThreadPoolExecutor(1) as other:
+        try:
+            until("skylimb/foreign")  # it runs
+            node = xmlrpc.client.ServerProxy(rosgraph.Master("/test").lookupNode("/skylimb_both"))
+            answer = other.submit(node.shutdown, "/test", "user request")
+            until(END)
+            seen.clear()
+            until("skylimb/foreign")  # it goes on, until the flight has landed
+            assert not bridge.closed
+            assert not answer.done()
+        finally:
+            bridge.close()

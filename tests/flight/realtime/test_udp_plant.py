@@ -6,6 +6,7 @@ import socket
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -103,7 +104,8 @@ def test_lost_and_doubled_answers_step_nobody_twice(monkeypatch: pytest.MonkeyPa
         (lambda fine, count: {"seq": fine["seq"]}, "an answer has no map 'truth'"),
         (lambda fine, count: {**fine, "error": "the gazebo leaks"}, "plant 'udp' says: the gazebo leaks"),
         (lambda fine, count: {**fine, "truth": {**fine["truth"], "joint_angles": [0.0]}}, "joint_angles"),
-        (lambda fine, count: {**fine, "seq": 1}, "no answer from 127.0.0.1:"),
+        (lambda fine, count: {**fine, "seq": 1}, r"no answer with seq \d+ from .*; the last one has seq 1$"),
+        (lambda fine, count: {"truth": fine["truth"]}, "; the last one has seq None$"),
     ],
 )
 def test_a_wrong_answer_is_named(answers: Any, words: str) -> None:
@@ -125,8 +127,35 @@ def test_nobody_there_is_named_and_no_other_machine_is_asked_by_mistake() -> Non
     plant = skylimb.UdpPlant(f"127.0.0.1:{free_port()}", patience=0.3)
     with pytest.raises(SkylimbError, match=r"plant 'udp': no answer from 127\.0\.0\.1:\d+ within 0\.3 s"):
         skylimb.begin("free_flight", controller="pid", plant=plant)
-    with pytest.raises(ConfigError, match="is not this machine"):
+    with pytest.raises(ConfigError, match=r"is not this machine, .*in Python anywhere=True"):
         skylimb.UdpPlant("192.0.2.1:9871")
+    with pytest.raises(ConfigError, match=r"port 0 of '127\.0\.0\.1:0' is outside of 1 \.\. 65535"):
+        skylimb.UdpPlant("127.0.0.1:0")
+
+
+@pytest.mark.parametrize("patience", [0.0, -1.0, float("nan"), "10"])
+def test_a_patience_that_is_no_time_is_refused(patience: Any) -> None:
+    with pytest.raises(ConfigError, match=r"patience = .* is no number of seconds above 0"):
+        skylimb.UdpPlant("127.0.0.1:9871", patience=patience)
+
+
+def test_a_stream_of_other_answers_does_not_hold_it_for_ever() -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(("127.0.0.1", 0))
+        plant = skylimb.UdpPlant(f"127.0.0.1:{other.getsockname()[1]}", patience=0.5)
+        over = threading.Event()
+
+        def flood() -> None:
+            _, asked = other.recvfrom(65535)
+            while not over.wait(0.01):
+                other.sendto(msgspec.msgpack.encode({"seq": 1, "truth": {}}), asked)
+
+        threading.Thread(target=flood, daemon=True).start()
+        begun = time.monotonic()
+        with pytest.raises(SkylimbError, match="the last one has seq 1"):
+            skylimb.begin("free_flight", controller="pid", plant=plant)
+        over.set()
+        assert time.monotonic() - begun < 30.0
 
 
 def test_its_socket_closes_when_nobody_holds_it() -> None:

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skylimb.analysis.exchange.messages import (
+    WORLD,
     Desire,
     FourAxes,
     Gains,
@@ -32,8 +33,6 @@ from skylimb.analysis.exchange.messages import (
     TorqueInverse,
     UavInfo,
 )
-
-WORLD = "world"
 
 _TIME = "builtin_interfaces/msg/Time"
 _ZERO = {"string": "", "bool": False, "float32": 0.0, "float64": 0.0}
@@ -73,9 +72,9 @@ FORMS = {
     "geometry_msgs/msg/Quaternion": Form(_row, ("w", "x", "y", "z")),
     "geometry_msgs/msg/Pose": Form(lambda position, turn: (*position, *turn), ("position", "orientation")),
     "geometry_msgs/msg/PoseStamped": Form(
-        Pose, ("header.stamp", "pose.position", "pose.orientation"), {"header.frame_id": WORLD}
+        Pose, ("header.stamp", "pose.position", "pose.orientation", "header.frame_id")
     ),
-    "nav_msgs/msg/Path": Form(Path, ("poses",)),
+    "nav_msgs/msg/Path": Form(Path, ("poses", "header.frame_id")),
     "sensor_msgs/msg/JointState": Form(Joints, ("header.stamp", "name", "position")),
     "sensor_msgs/msg/Joy": Form(Joy, ("header.stamp", "axes", "buttons")),
     "spinal/msg/Imu": Form(Imu, ("stamp", "gyro", "acc", "quaternion", "mag")),

@@ -14,9 +14,8 @@ from typing import Any
 import numpy as np
 
 from skylimb.analysis.exchange.body import Body
-from skylimb.analysis.exchange.codec import WORLD
 from skylimb.analysis.exchange.lab_ticks import UNKNOWN, Frame, TickView
-from skylimb.analysis.exchange.messages import FourAxes, Imu, Joints, Pose, Quaternion, Vector
+from skylimb.analysis.exchange.messages import WORLD, FourAxes, Imu, Joints, Pose, Quaternion, Vector
 from skylimb.base.rotations import (
     quaternion_from_rotation,
     rot_z,

@@ -14,6 +14,9 @@ from enum import IntEnum
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
+WORLD = "world"
+"""The frame of poses and targets."""
+
 IDLE = 1040
 """Duty of a motor that stands at most, of 2000: the flight controller's is 1000."""
 
@@ -25,6 +28,7 @@ class Pose:
     stamp: float
     position: Vector
     quaternion: Quaternion
+    frame: str = WORLD
 
 
 @dataclass(frozen=True)
@@ -32,6 +36,7 @@ class Path:
     """Poses to fly through, one after another (`target_path`)."""
 
     poses: tuple[Pose, ...]
+    frame: str = WORLD
 
 
 @dataclass(frozen=True)

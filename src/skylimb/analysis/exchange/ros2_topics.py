@@ -10,10 +10,10 @@ import numpy as np
 
 from skylimb.analysis.exchange import lab_messages as made
 from skylimb.analysis.exchange import lab_topics as topics
-from skylimb.analysis.exchange.codec import WORLD
 from skylimb.analysis.exchange.lab_messages import Fields, header
 from skylimb.analysis.exchange.lab_ticks import Frame, Names, TickView
 from skylimb.analysis.exchange.lab_topics import Topic
+from skylimb.analysis.exchange.messages import WORLD
 from skylimb.robots.model import Robot
 
 

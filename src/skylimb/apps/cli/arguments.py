@@ -164,7 +164,8 @@ def _add(parser: _Parser, parameter: inspect.Parameter) -> None:
         options["action"] = argparse.BooleanOptionalAction
     else:
         label = name.upper() if positional else f"--{name}"
-        options |= {"metavar": metavar, "type": functools.partial(_value, label, types, choices)}
+        each = typing.get_args(types[0]) if typing.get_origin(types[0]) is tuple else types
+        options |= {"metavar": metavar, "type": functools.partial(_value, label, each, choices)}
     if several:
         options |= {"action": "extend", "nargs": "*"}
     elif positional and default is not parameter.empty:

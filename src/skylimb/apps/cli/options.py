@@ -60,7 +60,7 @@ Calibration = Annotated[
     ),
 ]
 Fence = Annotated[
-    tuple[float, ...], arg("Where the robot may fly, m: least and greatest x, y and z.", "M ...")
+    tuple[float, ...] | None, arg("Where the robot may fly, m: least and greatest x, y and z.", "M ...")
 ]
 Out = Annotated[str, arg("New folder for the results; by default a fresh one below out/.", "DIR")]
 Video = Annotated[

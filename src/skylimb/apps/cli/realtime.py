@@ -41,7 +41,7 @@ def fly(
     ] = "127.0.0.1:0",
     serve: Annotated[str, arg("Be the robot instead: the simulated plant listens here.", "HOST:PORT")] = "",
     anywhere: Annotated[bool, arg("Whether an address may be another machine's.")] = False,
-    fence: Fence = (),
+    fence: Fence = None,
     check: Annotated[bool, arg("Look at the robot of --udp, and command nothing.")] = False,
     overruns: Annotated[
         int | None, arg("Ticks in a row without a new command before the robot retreats; 100.", "N")
@@ -73,11 +73,11 @@ def fly(
     chosen = [name for name, given in ways.items() if given]
     if len(chosen) != 1:
         raise ConfigError("fly needs one of --realtime, --udp HOST:PORT and --serve HOST:PORT")
-    if (check or fence) and not udp:
+    if (check or fence is not None) and not udp:
         raise ConfigError("--check and --fence are for a robot: they need --udp HOST:PORT")
     from skylimb.flight.realtime.preflight import StartLimits, fence_of
 
-    start = StartLimits(fence=fence_of(fence)) if fence else StartLimits()
+    start = StartLimits() if fence is None else StartLimits(fence=fence_of(fence))
     settings = (set or {}) | ({} if seed is None else {"seed": seed})
     from skylimb.flight.realtime.udp import UdpLink, address_of
 
@@ -92,7 +92,7 @@ def fly(
     if check:
         from skylimb.flight.realtime.fly_robot import check_robot
 
-        with closing(UdpLink(address_of(listen, anywhere), address_of(udp, anywhere))) as link:
+        with closing(UdpLink(address_of(listen, anywhere), address_of(udp, anywhere, peer=True))) as link:
             found = check_robot(link, experiment, settings, calibration=calibration, start=start)
         print(*(one.line for one in found), sep="\n")
         return 0 if all(one.fine for one in found) else 1
@@ -116,7 +116,7 @@ def fly(
                 )  # fmt: skip
             from skylimb.flight.realtime.fly_robot import fly_robot
 
-            with closing(UdpLink(address_of(listen, anywhere), address_of(udp, anywhere))) as link:
+            with closing(UdpLink(address_of(listen, anywhere), address_of(udp, anywhere, peer=True))) as link:
                 return fly_robot(
                     link, experiment, controller, settings, progress=report,
                     calibration=calibration, recorder=recorder, start=start,

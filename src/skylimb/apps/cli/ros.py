@@ -38,7 +38,7 @@ class NodeOptions:
         False
     )
     calibration: Calibration = None
-    fence: Fence = ()
+    fence: Fence = None
     pad: Annotated[
         dict[str, Any] | None,
         arg(

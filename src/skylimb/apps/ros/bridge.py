@@ -44,7 +44,7 @@ class Rim:
         name: for people.
         package: of its process.
         require: raises where it is not installed, or, unless it may be anywhere, not on this machine alone.
-        reach: raises where nobody answers.
+        reach: raises where nobody answers, or a node of this profile runs that another one would end.
         say_left_out: says of a profile, its topics and folders of .msg files what is not spoken.
         described_mass: of the robot that is described to all in a namespace, kg; None where none is.
         by_clock: whether nodes live by `/clock`.
@@ -55,7 +55,7 @@ class Rim:
     name: str
     package: str
     require: Callable[[bool], None]
-    reach: Callable[[], None] = lambda: None
+    reach: Callable[[str], None] = lambda profile: None
     say_left_out: Callable[[str, Sequence[Topic], Sequence[str], Callable[[str], None]], None] = (
         lambda profile, topics, messages, say: None
     )

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from skylimb.analysis.exchange.messages import Joints, Nav, NavMode, Path, Pose
+from skylimb.analysis.exchange.messages import WORLD, Joints, Nav, NavMode, Path, Pose
 from skylimb.apps.ros.limits import FlightLimits
 from skylimb.apps.ros.references import theta_of
 from skylimb.apps.ros.targets import Place, RefusedError, Targets, duration_of
@@ -77,8 +77,10 @@ class Requests:
         if len(self._names) == 0:
             raise RefusedError("this robot has no joints to move")
         names = request.names or self._names
-        if len(names) != len(request.angles) or len(set(names)) != len(names):
-            raise RefusedError(f"{len(request.angles)} angles for {len(set(names))} joints")
+        if len(names) != len(request.angles):
+            raise RefusedError(f"joints and angles are not as many: {len(names)} and {len(request.angles)}")
+        if twice := {name for name in names if names.count(name) > 1}:
+            raise RefusedError(f"{min(twice)!r} is named more than once")
         known = dict(zip(self._names, present.tolist(), strict=True))
         joints = {
             name: angle for name, angle in zip(names, request.angles, strict=True) if "gimbal" not in name
@@ -103,6 +105,7 @@ class Requests:
         return found if np.abs(nearest - joints).max(initial=0.0) <= off else None
 
     def _path(self, targets: Targets, here: Place, request: Path, now: float) -> Targets:
+        _require_world(request.frame)
         places = [here]
         for pose in request.poses:
             places.append(self._place(places[-1], pose))
@@ -115,6 +118,7 @@ class Requests:
 
     def _place(self, here: Place, pose: Pose) -> Place:
         """The place that a pose names: its position, and its yaw; roll and pitch are the robot's own."""
+        _require_world(pose.frame)
         turn = np.asarray(pose.quaternion, dtype=float)
         size = float(np.linalg.norm(turn)) if _sane(turn) else 0.0
         if abs(size - 1.0) > 0.1:
@@ -161,6 +165,12 @@ class Requests:
             velocity = rot_z(here.yaw) @ velocity
         speed = float(np.linalg.norm(velocity))
         return velocity * min(1.0, self._limits.fastest / speed) if speed > 0.0 else velocity
+
+
+def _require_world(frame: str) -> None:
+    """Refuse a target in other axes than those of the world; who names none means these."""
+    if frame.strip("/") not in ("", WORLD):
+        raise RefusedError(f"it is in the frame {frame[:60]!r}, and targets are in {WORLD!r}")
 
 
 def _sane(numbers: np.ndarray) -> bool:

@@ -84,7 +84,7 @@ def run(
     lab = read_lab_config(config.lab_files, plan.robot)
     servos = lab.servos is not None
     topics = rim.dialect.topics(config.profile, servos)
-    rim.reach()
+    rim.reach(config.profile)
     profile = _profile(rim, config, plan, missions, lab, pacer)
     rim.say_left_out(config.profile, (*topics.subscribed, *topics.published), config.messages, say)
     if config.profile == "controller":
@@ -150,11 +150,11 @@ def _profile(
     return Both(simulated(plan), flyer) if config.profile == "both" else Controlled(flyer, lab)
 
 
-def limits_of(fence: Sequence[float], pad: Mapping[str, Any], adopt: str) -> FlightLimits:
+def limits_of(fence: Sequence[float] | None, pad: Mapping[str, Any], adopt: str) -> FlightLimits:
     """The limits of a flight whose user says some of them.
 
     Args:
-        fence: least and greatest x, y and z of the centre of gravity, W, m; none for a large one.
+        fence: least and greatest x, y and z of the centre of gravity, W, m; None for a large one.
         pad: buttons and axes of the radio by name.
         adopt: what becomes of a flight that somebody else began.
 
@@ -162,7 +162,7 @@ def limits_of(fence: Sequence[float], pad: Mapping[str, Any], adopt: str) -> Fli
         ConfigError: where one of them cannot be.
     """
     limits = FlightLimits(adopt=adopt, pad=from_mapping(Pad, pad, "--pad"))
-    return replace(limits, fence=fence_of(fence)) if fence else limits
+    return limits if fence is None else replace(limits, fence=fence_of(fence))
 
 
 def write(flown: Flown, folder: Path) -> list[Path]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
@@ -10,13 +11,13 @@ from importlib import import_module
 from typing import Any
 
 from skylimb.analysis.exchange.message_types import Definitions
-from skylimb.apps.ros.answers import ANSWER
+from skylimb.apps.ros.answers import ANSWER, END
 from skylimb.apps.ros.asking import Calls
 from skylimb.apps.ros.inbox import Inbox, Raw
 from skylimb.apps.ros.messages import Arrived
 from skylimb.apps.ros.outbox import Outbox
 from skylimb.apps.ros.profile import profile_services, profile_topics
-from skylimb.apps.ros1.installation import require_ros
+from skylimb.apps.ros1.installation import node_name, require_ros
 from skylimb.apps.ros1.master import MasterWatch
 
 _log = logging.getLogger(__name__)
@@ -39,12 +40,13 @@ class Rospy:
         require_ros()
         import rospy
 
-        rospy.init_node(f"skylimb_{profile}", disable_signals=True)
+        rospy.init_node(node_name(profile), disable_signals=True)
         definitions, topics, name = Definitions(messages), profile_topics(profile, servos), rospy.get_name()
         self._inbox = Inbox(topics.subscribed, definitions, namespace, time.monotonic, _subscribe, name)
         self._outbox = Outbox(topics.published, definitions, namespace, _Publisher)
         self._master = MasterWatch({topic.full(namespace) for topic in topics.commands}, name)
-        self._calls, self._services = Calls(), list[Any]()
+        self._calls, self._services, self._closed = Calls(), list[Any](), threading.Event()
+        rospy.on_shutdown(self._land)
         for topic in profile_services(profile, servos):
             self._services += _serve(topic.full(namespace), topic.name, self._calls)
 
@@ -81,8 +83,15 @@ class Rospy:
         """Leave the master."""
         import rospy
 
+        self._closed.set()
         self._master.close()
         rospy.signal_shutdown("done")
+
+    def _land(self) -> None:
+        """Whoever shuts the node down lands it first, as Ctrl-C does; rospy waits for it."""
+        if not self._closed.is_set():
+            self._calls.add(Arrived(END, None, "shutdown", time.monotonic()))
+            self._closed.wait()
 
 
 def _subscribe(name: str, take: Callable[[Raw], None]) -> Any:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import socket
 import sys
+import time
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -17,6 +19,8 @@ PACKAGES = "python3-rospy python3-rosmaster python3-roslaunch"
 """Debian's packages, by which ROS 1 is installed without a workspace."""
 
 _NEEDED = ("rospy", "rosgraph")
+_LEAVING = 3.0
+"""Seconds that a node of our name has to be gone."""
 _LOOPBACK = ("localhost", "127.0.0.1", "::1", "[::1]")
 
 
@@ -65,13 +69,42 @@ def require_loopback(anywhere: bool) -> None:
     os.environ.pop("ROS_HOSTNAME", None)
 
 
-def require_master() -> None:
-    """Raise a `ConfigError` where no master answers; rospy would wait for one for ever."""
+def node_name(profile: str) -> str:
+    """What a node of this profile is called, below no namespace."""
+    return f"skylimb_{profile}"
+
+
+def require_master(profile: str) -> None:
+    """Raise a `ConfigError` where no master answers, for whom rospy would wait for ever.
+
+    So where a node of this profile runs: the master shuts down a node when another one takes its name, and
+    that node may be flying.
+    """
     import rosgraph
 
+    uri = os.environ.get("ROS_MASTER_URI", "")
     if not rosgraph.is_master_online():
-        uri = os.environ.get("ROS_MASTER_URI", "")
         raise ConfigError(f"no ROS master answers at '{uri}'; start roscore in another window")
+    name, end = f"/{node_name(profile)}", time.monotonic() + _LEAVING
+    while _answers(name):  # a flight that was killed leaves a node that is on its way out
+        if time.monotonic() > end:
+            raise ConfigError(
+                f"node '{name}' runs already below the master at '{uri}', and a second one of its name would "
+                "end it, also in flight; end that one first, or use another master"
+            )
+        time.sleep(0.1)
+
+
+def _answers(name: str) -> bool:
+    """Whether a node of this name is registered, and somebody answers at its address."""
+    import rosgraph
+
+    try:
+        address = urlparse(rosgraph.Master("/skylimb").lookupNode(name))
+        with socket.create_connection((address.hostname or "", address.port or 0), timeout=1.0):
+            return True
+    except (OSError, rosgraph.MasterException):  # nobody is there; or a registration that a kill left
+        return False
 
 
 def described_mass(namespace: str) -> float | None:

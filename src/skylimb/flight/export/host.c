@@ -7,6 +7,12 @@
 #include <time.h>
 #include "controller.h"
 
+/* Why it ends before its input does, or gives less than it was asked for. */
+static int ended(int code, const char* why) {
+  fprintf(stderr, "host: %s\n", why);
+  return code;
+}
+
 static double state[SKYLIMB_STATE_SIZE], signals[SKYLIMB_SIGNALS_SIZE], told[SKYLIMB_TOLD_SIZE];
 static double given[SKYLIMB_MEASUREMENT_SIZE + SKYLIMB_REFERENCE_SIZE], command[SKYLIMB_COMMAND_SIZE];
 
@@ -16,7 +22,7 @@ int main(void) {
   unsigned long before = 0;
   long ticks = 0;
   size_t read;
-  if (skylimb_digest != SKYLIMB_DIGEST) return 3; /* linked with another robot's controller */
+  if (skylimb_digest != SKYLIMB_DIGEST) return ended(3, "controller.h is of another export than controller.c");
   skylimb_reset(state);
   while ((read = fread(given, sizeof *given, count, stdin)) == count) {
     unsigned long status;
@@ -32,9 +38,11 @@ int main(void) {
     if (status != before) fprintf(stderr, "tick %ld: mode %lu, status %#lx\n", ticks, SKYLIMB_MODE(status), status);
     before = status;
     ticks++;
-    if (fwrite(command, sizeof command, 1, stdout) != 1) return 2; /* nobody takes the commands */
+    if (fwrite(command, sizeof command, 1, stdout) != 1) return ended(2, "commands cannot be written");
   }
+  if (fflush(stdout) != 0) return ended(2, "commands cannot be written"); /* a full disk shows itself here */
   fprintf(stderr, "%ld ticks, %.1f us each, %.1f us at worst, of %g us\n", ticks, ticks ? 1e6 * total / (double)ticks : 0.0,
           1e6 * worst, 1e6 * SKYLIMB_PERIOD);
-  return read == 0 && ticks > 0 ? 0 : 1; /* a last block that is cut is no tick */
+  if (read != 0) return ended(1, "the input ends within a tick, which is left out");
+  return ticks > 0 ? 0 : ended(1, "the input is empty");
 }

@@ -85,8 +85,8 @@ def fence_of(bounds: Sequence[float]) -> tuple[tuple[float, float], ...]:
     """
     pairs = tuple(zip(bounds[::2], bounds[1::2], strict=False))
     if len(bounds) != 6 or not all(low < high for low, high in pairs):
-        told = " ".join(f"{bound:g}" for bound in bounds)
-        raise ConfigError(f"--fence {told}: wanted are least and greatest x, y and z, rising")
+        told = " ".join(["--fence", *(f"{bound:g}" for bound in bounds)])
+        raise ConfigError(f"{told}: wanted are least and greatest x, y and z, rising")
     return pairs
 
 

@@ -15,12 +15,13 @@ _FLOOD = 10_000
 """Datagrams that are thrown away at a tick at most, so that a flood cannot hold the tick up for ever."""
 
 
-def address_of(text: str, anywhere: bool = False) -> tuple[str, int]:
+def address_of(text: str, anywhere: bool = False, peer: bool = False) -> tuple[str, int]:
     """Host and port of "127.0.0.1:9870".
 
     Args:
         text: the address.
         anywhere: whether it may be another than this machine's own.
+        peer: whether somebody else listens there, who has a port; port 0 is any that is free.
 
     Raises:
         ConfigError: when it is none, or another machine's without `anywhere`.
@@ -30,12 +31,12 @@ def address_of(text: str, anywhere: bool = False) -> tuple[str, int]:
         number, address = int(port), ipaddress.ip_address("127.0.0.1" if host == "localhost" else host)
     except ValueError:
         raise ConfigError(f"'{text}' is no address, for example 127.0.0.1:9870") from None
-    if not 0 <= number < 2**16:
-        raise ConfigError(f"port {number} of '{text}' is outside of 0 .. 65535")
+    if not peer <= number < 2**16:
+        raise ConfigError(f"port {number} of '{text}' is outside of {int(peer)} .. 65535")
     if not address.is_loopback and not anywhere:
         raise ConfigError(
             f"{address} is not this machine, and whoever reaches the port commands the robot; "
-            "--anywhere allows it"
+            "--anywhere allows it, in Python anywhere=True"
         )
     return str(address), number
 

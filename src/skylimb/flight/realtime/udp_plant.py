@@ -15,7 +15,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from skylimb.base.errors import UserCodeError
+from skylimb.base.errors import ConfigError, UserCodeError
 from skylimb.flight.realtime.udp import address_of
 from skylimb.simulation.user_plant import Beginning, Drive
 
@@ -36,19 +36,23 @@ class UdpPlant:
     Its socket closes when nobody holds it any more.
 
     Raises:
-        ConfigError: when the address is none, or another machine's without `anywhere`.
+        ConfigError: when the address is none, or another machine's without `anywhere`; when the patience is
+            no time.
     """
 
     name = "udp"
 
     def __init__(self, address: str, anywhere: bool = False, patience: float = 10.0) -> None:
-        self._peer, self._patience = address_of(address, anywhere), patience
+        if not (isinstance(patience, int | float) and patience > 0.0):
+            raise ConfigError(f"patience = {patience!r} is no number of seconds above 0")
+        self._peer, self._patience = address_of(address, anywhere, peer=True), patience
         family = socket.AF_INET6 if ":" in self._peer[0] else socket.AF_INET
         self._socket = socket.socket(family, socket.SOCK_DGRAM)
         self._socket.settimeout(_AGAIN)
         weakref.finalize(self, self._socket.close)
         # Of another flight's answers none has a number of this one.
         self._seq = time.monotonic_ns() // 1000
+        self._strange: tuple[Any] | None = None  # the number of an answer to something else
 
     def start(self, beginning: Beginning) -> Mapping[str, Any]:
         """Send where the flight begins; the truth there."""
@@ -80,19 +84,23 @@ class UdpPlant:
         data = msgspec.msgpack.encode({"seq": self._seq, what: told}, enc_hook=_plain)
         if len(data) > _LONGEST:
             raise UserCodeError(f"plant 'udp': the {what} has {len(data)} bytes; a datagram has {_LONGEST}")
-        end = time.monotonic() + self._patience
+        self._strange, end = None, time.monotonic() + self._patience
         while time.monotonic() < end:
             self._socket.sendto(data, self._peer)
-            answer = self._heard()
+            answer = self._heard(end)
             if answer is not None:
                 return answer
+        within = f"from {self._peer[0]}:{self._peer[1]} within {self._patience:g} s"
+        if self._strange is None:
+            raise UserCodeError(f"plant 'udp': no answer {within}")
+        told, wanted = self._strange[0], self._seq
         raise UserCodeError(
-            f"plant 'udp': no answer from {self._peer[0]}:{self._peer[1]} within {self._patience:g} s"
+            f"plant 'udp': no answer with seq {wanted} {within}; the last one has seq {told!r}"
         )
 
-    def _heard(self) -> Mapping[str, Any] | None:
+    def _heard(self, end: float) -> Mapping[str, Any] | None:
         """The truth of the answer to what was asked last; None where it did not come soon."""
-        while True:
+        while time.monotonic() < end:
             try:
                 data, sender = self._socket.recvfrom(_LONGEST)
             except OSError:  # silence, or nobody listens there yet
@@ -105,14 +113,16 @@ class UdpPlant:
                 found = None
             if not isinstance(found, dict):
                 raise UserCodeError("plant 'udp': an answer is no msgpack map")
-            if found.get("seq") != self._seq:
-                continue  # asked twice, answered twice
+            if found.get("seq") != self._seq:  # asked twice, answered twice
+                self._strange = (found.get("seq"),)
+                continue
             if "error" in found:
                 raise UserCodeError(f"plant 'udp' says: {found['error']}")
             truth = found.get("truth")
             if not isinstance(truth, dict):
                 raise UserCodeError("plant 'udp': an answer has no map 'truth'")
             return truth
+        return None
 
 
 def _plain(value: Any) -> Any:
