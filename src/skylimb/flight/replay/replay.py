@@ -24,13 +24,12 @@ from skylimb.analysis.report.controller_replay import REPLAYED
 from skylimb.base.errors import ConfigError, SkylimbError
 from skylimb.base.packing import Layout
 from skylimb.base.signals import Signal
-from skylimb.control.calibrated import calibrated
 from skylimb.control.controller import (
     Controller,
     controller_signals,
     is_traceable,
 )
-from skylimb.control.corrections import Calibrated, corrections_of
+from skylimb.control.corrections import Calibrated
 from skylimb.control.loop.flight import MISSION_TIME
 from skylimb.control.missions.clock import Clock
 from skylimb.control.missions.mission import Mission
@@ -38,9 +37,9 @@ from skylimb.control.needs import needs_of
 from skylimb.control.planning.posture import standing
 from skylimb.flight.events import GainChange
 from skylimb.flight.events.gain import gain_rows
-from skylimb.flight.experiments.experiment import Experiment, load_experiment, robot_of
+from skylimb.flight.experiments.experiment import Experiment, load_experiment
 from skylimb.flight.flight_run import FLAGS, documented
-from skylimb.flight.loading import chosen_controller, parted
+from skylimb.flight.loading import chosen_controller, parted, plan_of
 from skylimb.flight.plan import FlightPlan, mission_of
 from skylimb.flight.replay.doubts import doubts
 from skylimb.flight.replay.mission_of_log import mission_of_log
@@ -93,13 +92,10 @@ def replay(
     with tempfile.TemporaryDirectory(prefix="skylimb-") as folder, naming_its_files(Path(folder)):
         try:
             experiment, said = experiment_of(run, Path(folder), settings)
-            robot = robot_of(experiment)
-            ready = chosen_controller(controller, experiment, robot, gains)
-            if calibration is not None:
-                ready = calibrated(ready, robot, corrections_of(calibration), gains)
+            plan = plan_of(experiment, controller, gains, calibration)
         except ConfigError as error:
             raise _lacking(run) or error from None
-        return _replayed(run, experiment, robot, ready, (*read, *said), progress)
+        return _replayed(run, experiment, plan.robot, plan.controller, (*read, *said), progress)
 
 
 def _replayed(
