@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import tempfile
-import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import replace
@@ -138,7 +137,7 @@ def experiment_of(
     run: Record, folder: Path, settings: Mapping[str, Any]
 ) -> tuple[Experiment, tuple[str, ...]]:
     """The experiment that a run was flown with, read from copies of its files below `folder`."""
-    if not run.config:
+    if not run.tables:
         experiment = load_experiment(UNKNOWN, dict(settings))
         said = f"no configuration: robot {experiment.robot}, {experiment.controller_rate:g} Hz (see --set)"
         return experiment, (said,)
@@ -167,7 +166,7 @@ def naming_its_files(folder: Path) -> Iterator[None]:
 
 def _lacking(run: Record) -> ConfigError | None:
     """The error for a log without the copies of the user's files that it names; None where all are there."""
-    files = tomllib.loads(run.config).get(TABLE, {}).get("files", {})
+    files = run.tables.get(TABLE, {}).get("files", {})
     missing = sorted(files.keys() - run.sources.keys())
     if not missing:
         return None
@@ -179,7 +178,7 @@ def _lacking(run: Record) -> ConfigError | None:
 
 def _flown_vectoring(run: Record, experiment: Experiment, robot: Robot, controller: Controller) -> str:
     """The purpose of the vectoring angles that the robot took off with, on which its mission depends."""
-    if run.config:
+    if run.tables:
         # A controller that was handed over as an object cannot be made again.
         with suppress(SkylimbError):
             return needs_of(chosen_controller(None, experiment, robot, {})).vectoring
@@ -199,7 +198,7 @@ def _mission(
     run: Record, log: xr.Dataset, held: Recorded, experiment: Experiment, robot: Robot, purpose: str
 ) -> tuple[Mission, tuple[str, ...]]:
     """The references of the flight: planned anew where its configuration is known, else from the log."""
-    if not run.config:
+    if not run.tables:
         return mission_of_log(log, held, standing(robot, purpose), experiment.control_period)
     mission = mission_of(experiment, robot, purpose)
     name = "cog_position_reference"
