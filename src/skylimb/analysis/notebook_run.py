@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from skylimb.analysis.recording import folder as recorded
 from skylimb.analysis.recording.run import Run as Record
-from skylimb.base.errors import of_an_extra
+from skylimb.base.errors import of_extras
 
 
 class Run(Record):
@@ -17,7 +15,7 @@ class Run(Record):
 
     def _repr_html_(self) -> str:
         """Verdict, scores and small plots, for a notebook."""
-        with _extras():
+        with of_extras():
             from skylimb.analysis.figures.notebook import run_html
 
             return run_html(self)
@@ -44,14 +42,14 @@ class Runs(dict[str, Run]):
 
     def plot(self, what: str = "") -> Any:
         """A matplotlib figure of all of them; see `Run.plot`."""
-        with _extras():
+        with of_extras():
             from skylimb.analysis.figures.plotting import plotted
 
             return plotted(self, what)
 
     def show(self) -> Any:
         """The flights to watch beside each other in a notebook, with plots that follow the time."""
-        with _extras():
+        with of_extras():
             from skylimb.analysis.viewer.page import FlightViewer
 
             return FlightViewer(self)
@@ -64,11 +62,3 @@ def load_runs(folder: str | Path) -> Runs:
         OutputError: if the folder doesn't exist, holds no run, or a run cannot be read.
     """
     return Runs(recorded.load_runs(folder, Run))
-
-
-@contextmanager
-def _extras() -> Iterator[None]:
-    try:
-        yield
-    except ImportError as error:
-        raise of_an_extra(error) or error from None

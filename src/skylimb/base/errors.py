@@ -9,7 +9,8 @@ from __future__ import annotations
 import difflib
 import importlib
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 
@@ -95,6 +96,15 @@ def of_an_extra(error: ImportError) -> MissingExtraError | None:
     return missing_extra(package) if any(package in packages for packages in EXTRAS.values()) else None
 
 
+@contextmanager
+def of_extras() -> Iterator[None]:
+    """An import inside of it that fails for want of an extra says what to install."""
+    try:
+        yield
+    except ImportError as error:
+        raise of_an_extra(error) or error from None
+
+
 def extra_module(name: str) -> Any:
     """A module that only an extra installs.
 
@@ -104,10 +114,8 @@ def extra_module(name: str) -> Any:
     Raises:
         MissingExtraError: when it is not installed.
     """
-    try:
+    with of_extras():
         return importlib.import_module(name)
-    except ImportError as error:
-        raise of_an_extra(error) or error from None
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:

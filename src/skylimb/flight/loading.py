@@ -54,16 +54,16 @@ def plan_flights(
         checked(
             replace(
                 one,
-                originals=tuple(map(read_source, _toml_files(experiment, item))),
+                originals=tuple(
+                    read_source(name)
+                    for name in (experiment, item)
+                    if isinstance(name, str) and name.endswith(".toml")
+                ),
                 own=(*load_user_scores(one.experiment.recorded.get("use", ())), *given_own),
             )
         )
         for item, one in zip(controllers, loaded, strict=True)
     ]
-
-
-def _toml_files(*named: object) -> list[str]:
-    return [name for name in named if isinstance(name, str) and name.endswith(".toml")]
 
 
 def load_flight(
@@ -81,11 +81,21 @@ def load_flight(
         ready = experiment_with(experiment, given)
     else:
         ready = load_experiment(experiment, given)
-    robot = robot_of(ready)
-    chosen = chosen_controller(controller, ready, robot, gains)
+    return plan_of(ready, controller, gains, calibration)
+
+
+def plan_of(
+    experiment: Experiment,
+    controller: str | Controller | None,
+    gains: Mapping[str, Any],
+    calibration: Calibrated | None,
+) -> FlightPlan:
+    """The plan of an experiment at hand, not checked yet; `gains` are without "controller."."""
+    robot = robot_of(experiment)
+    chosen = chosen_controller(controller, experiment, robot, gains)
     if calibration is not None:
         chosen = calibrated(chosen, robot, corrections_of(calibration), gains)
-    return FlightPlan(ready, robot, chosen)
+    return FlightPlan(experiment, robot, chosen)
 
 
 PRESET = "preset"

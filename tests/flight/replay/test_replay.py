@@ -161,6 +161,16 @@ def test_without_thrusts_the_wrench_means_nothing_and_that_is_said(flown: skylim
     assert "no vectoring_angles_measured: those of the nominal posture" in said
 
 
+def test_a_configuration_in_other_words_is_none(flown: skylimb.Run) -> None:
+    run = bare(flown, *SENSED, "thrusts_command")
+    foreign = dataclasses.replace(run, log=run.log.assign_attrs(config="speed: fast"))
+    replayed = skylimb.replay(foreign, "hybrid")
+    found = differences(skylimb.replay(run, "hybrid"), replayed)
+    assert len(found) > 5
+    assert all(one.same for one in found)
+    assert "no configuration" in " ".join(replayed.notes)
+
+
 def test_rows_that_are_no_numbers_are_held(flown: skylimb.Run) -> None:
     run = bare(flown, *SENSED, "thrusts_command")
     run.log["root_position_measured"] = run.log.root_position_measured.copy()

@@ -126,6 +126,14 @@ def test_nothing_is_written(flown: skylimb.Run, tmp_path: Path, capsys: pytest.C
     assert [path.name for path in tmp_path.iterdir()] == ["short.nc"]
 
 
+def test_the_robot_of_a_log_that_describes_itself_in_other_words_is_the_one_that_it_names(
+    flown: skylimb.Run,
+) -> None:
+    foreign = dataclasses.replace(flown, log=flown.log.assign_attrs(config="speed: fast"))
+    assert foreign.tables == {}
+    assert robot_of(foreign).name == "hydrus_xi_quad"
+
+
 def test_settings_belong_to_a_flight_that_is_flown(flown: skylimb.Run) -> None:
     with pytest.raises(ConfigError, match="has its seed and its settings already"):
         skylimb.calibrate(flown, seed=3)

@@ -17,7 +17,7 @@ from skylimb.analysis.figures import style
 from skylimb.analysis.paper.numbers import published_beside
 from skylimb.analysis.recording import Run
 from skylimb.analysis.scores.axis_names import common_names
-from skylimb.analysis.scores.signals import Direction, contact_axis, in_phase, sliding_axes
+from skylimb.analysis.scores.signals import contact_axis, in_phase, off_mission, sliding_axes
 
 WHISKERS = (5.0, 95.0)
 """Percentiles at which the whiskers end.
@@ -48,12 +48,12 @@ def sliding_errors(runs: Mapping[str, Run]) -> Figure:
             (
                 axes.label("|{u} error| of the CoG to the mission (m)"),
                 "error_u_median",
-                lambda log: _error(log, sliding_axes(log)[0]),
+                lambda log: np.abs(off_mission(log, sliding_axes(log)[0])),
             ),
             (
                 axes.label("|{v} error| of the CoG to the mission (m)"),
                 "error_v_median",
-                lambda log: _error(log, sliding_axes(log)[1]),
+                lambda log: np.abs(off_mission(log, sliding_axes(log)[1])),
             ),
         ],
     )
@@ -76,7 +76,7 @@ def contact_distributions(runs: Mapping[str, Run]) -> Figure:
             (
                 axes.label("|{n} displacement| from the mission (m)"),
                 "displacement_median",
-                lambda log: _error(log, contact_axis(log)),
+                lambda log: np.abs(off_mission(log, contact_axis(log))),
             ),
             (axes.label("estimated force in {signed} (N)"), "estimated_force_median", _force),
         ],
@@ -164,10 +164,6 @@ def _box(ax: Axes, place: int, values: np.ndarray, colour: str) -> None:
     words = f"{median:.3f}".replace("-", "\N{MINUS SIGN}")
     beside = {"textcoords": "offset points", "xytext": (2, 0), "va": "center", "fontsize": 6.5}
     ax.annotate(words, (place + 0.5 * _BOX, median), color=style.DARK, **beside)
-
-
-def _error(log: xr.Dataset, axis: Direction) -> np.ndarray:
-    return np.abs(axis.along(log.cog_position.values - log.cog_position_reference.values))
 
 
 def _force(log: xr.Dataset) -> np.ndarray:

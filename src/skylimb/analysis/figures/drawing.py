@@ -61,8 +61,8 @@ def drawn_line(runs: Mapping[str, Run]) -> Figure:
     rows, columns = style.panels(len(runs), 2)
     panel = (style.WIDTH - 1.0) / columns
     # A drawing that is a line has a scale in both directions as well.
-    upward = _as_wide(upward, _LEAST / panel * (across[1] - across[0]))
-    across = _as_wide(across, _LEAST / _TALLEST * (upward[1] - upward[0]))
+    upward = style.as_wide(upward, _LEAST / panel * (across[1] - across[0]))
+    across = style.as_wide(across, _LEAST / _TALLEST * (upward[1] - upward[0]))
     tall = min(panel * (upward[1] - upward[0]) / (across[1] - across[0]), _TALLEST)
     wide = tall * (across[1] - across[0]) / (upward[1] - upward[0])
     figure = Figure(figsize=(style.WIDTH, rows * (tall + 0.5) + 2.5), layout="constrained")
@@ -100,12 +100,6 @@ def drawn_line(runs: Mapping[str, Run]) -> Figure:
         ],
     )
     return figure
-
-
-def _as_wide(limits: tuple[float, float], span: float) -> tuple[float, float]:
-    """Limits with the same middle that span at least so much."""
-    middle, half = 0.5 * sum(limits), 0.5 * max(span, limits[1] - limits[0])
-    return middle - half, middle + half
 
 
 def _distances(ax: Axes, runs: Mapping[str, Run]) -> None:

@@ -19,6 +19,7 @@ from skylimb.analysis.scores.signals import (
     contact_axis,
     contact_transitions,
     in_contact,
+    off_mission,
     samples_within,
     sliding_axes,
     spans,
@@ -92,11 +93,15 @@ def contact_direction(runs: Mapping[str, Run]) -> Figure:
     """
     colour = style.colours(runs)
     axis = common_names(run.log for run in runs.values()).n
+    away = {name: off_mission(run.log, contact_axis(run.log)) for name, run in runs.items()}
     panels = [
         Panel(
             f"displacement {axis} (m)",
             {
-                name: [_zero(run.log), Curve(_displacement(run.log), {"color": colour[name]})]
+                name: [
+                    _zero(run.log),
+                    Curve(away[name], {"color": colour[name]}),
+                ]
                 for name, run in runs.items()
             },
         ),
@@ -131,10 +136,6 @@ def _looking(log: xr.Dataset) -> list[tuple[float, float]]:
         return []
     ends = [*(change.time for change in changes[1:]), float(log.time[-1])]
     return [(change.time, end) for change, end in zip(changes, ends, strict=True) if change.after in _AWAY]
-
-
-def _displacement(log: xr.Dataset) -> np.ndarray:
-    return contact_axis(log).along(log.cog_position.values - log.cog_position_reference.values)
 
 
 def _zero(log: xr.Dataset) -> Curve:

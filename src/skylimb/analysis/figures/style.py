@@ -199,6 +199,12 @@ def limits(values: Sequence[np.ndarray], margin: float = 0.06) -> tuple[float, f
     return low - pad, high + pad
 
 
+def as_wide(limits: tuple[float, float], span: float) -> tuple[float, float]:
+    """Limits with the same middle that span at least so much."""
+    middle, half = 0.5 * sum(limits), 0.5 * max(span, limits[1] - limits[0])
+    return middle - half, middle + half
+
+
 @styled
 def save(figure: Figure, stem: Path) -> tuple[Path, Path]:
     """Write a figure as STEM.png (200 dpi) and STEM.pdf (vectors, fonts embedded), each in one step.

@@ -36,7 +36,8 @@ def pen_traces(runs: Mapping[str, Run]) -> Figure:
     everything = [line for nominal, traces in drawn.values() for line in (nominal, *traces)]
     across = style.limits([line[:, 0] for line in everything])
     upward = style.limits([line[:, 1] for line in everything])
-    across, upward = _at_least(across, _SLIMMEST, upward), _at_least(upward, _SLIMMEST, across)
+    wide, tall = (_SLIMMEST * (high - low) for low, high in (across, upward))
+    across, upward = style.as_wide(across, tall), style.as_wide(upward, wide)
     rows, columns = style.panels(len(runs))
     wide = style.WIDTH * max(columns, 2) / 4
     tall = min((wide / columns - 0.4) * (upward[1] - upward[0]) / (across[1] - across[0]), 4.0)
@@ -66,12 +67,6 @@ def pen_traces(runs: Mapping[str, Run]) -> Figure:
         ],
     )
     return figure
-
-
-def _at_least(limits: tuple[float, float], share: float, of: tuple[float, float]) -> tuple[float, float]:
-    """Limits widened about their middle to a share of the length of others."""
-    middle, half = 0.5 * (limits[0] + limits[1]), 0.5 * max(limits[1] - limits[0], share * (of[1] - of[0]))
-    return middle - half, middle + half
 
 
 def _lines(log: xr.Dataset) -> tuple[np.ndarray, list[np.ndarray]]:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from skylimb.analysis.recording import Run
+from skylimb.analysis.recording.origin import tables_of_text
 from skylimb.base.config import flatten
 
 FILE = Path(__file__).with_name("configuration.toml")
@@ -141,10 +142,7 @@ def in_words(found: tuple[Difference, ...]) -> str:
 
 @lru_cache(maxsize=64)
 def _differences_of_text(config: str, controller: str) -> tuple[Difference, ...]:
-    try:
-        tables = tomllib.loads(config)
-    except tomllib.TOMLDecodeError:  # a foreign log may describe itself in other words
-        tables = {}
+    tables = tables_of_text(config)
     if "controller" not in tables:
         return (Difference("configuration", "not in the record", f"{EXPERIMENT} with {controller}"),)
     return differences(tables, controller)

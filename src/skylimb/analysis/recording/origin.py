@@ -139,11 +139,16 @@ def write_sources(files: Mapping[str, bytes], folder: Path) -> None:
 
 def read_sources(text: str, folder: Path) -> dict[str, bytes]:
     """The copies that a config.toml names, those that are there."""
+    files = tables_of_text(text).get(TABLE, {}).get("files", {})
+    return {name: (folder / name).read_bytes() for name in files if (folder / name).is_file()}
+
+
+def tables_of_text(text: str) -> dict[str, Any]:
+    """A recorded configuration as tables; none of a foreign log, which may describe itself in other words."""
     try:
-        files = tomllib.loads(text).get(TABLE, {}).get("files", {})
+        return tomllib.loads(text)
     except tomllib.TOMLDecodeError:
         return {}
-    return {name: (folder / name).read_bytes() for name in files if (folder / name).is_file()}
 
 
 def _digest_of(tables: Mapping[str, Any]) -> str:

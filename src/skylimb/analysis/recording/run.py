@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from skylimb.analysis.recording.netcdf import netcdf_bytes, read_netcdf
-from skylimb.analysis.recording.origin import moved, read_sources
+from skylimb.analysis.recording.origin import moved, read_sources, tables_of_text
 from skylimb.base.errors import OutputError, unknown_name
 from skylimb.base.files import new_file, readable
 
@@ -120,6 +120,11 @@ class Run:
     def config(self) -> str:
         """The resolved configuration as TOML text."""
         return str(self.log.attrs.get("config", ""))
+
+    @property
+    def tables(self) -> dict[str, Any]:
+        """The same as tables; none where a foreign log describes itself in other words."""
+        return tables_of_text(self.config)
 
     @property
     def config_units(self) -> dict[str, str]:

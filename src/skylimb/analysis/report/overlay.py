@@ -10,7 +10,7 @@ from PIL import Image, ImageColor, ImageDraw, ImageFont
 
 from skylimb.analysis.figures import palette
 from skylimb.analysis.recording import Run
-from skylimb.analysis.scores.signals import contact_axis, phase_names
+from skylimb.analysis.scores.signals import contact_axis, off_mission, phase_names
 
 PAPER = (255, 255, 255, 199)
 """Of the panels behind the words: white, and a little of what is behind it."""
@@ -41,8 +41,7 @@ class Overlay:
         self._readings: list[tuple[str, np.ndarray, str]] = []
         axis = contact_axis(log)
         if {"cog_position", "cog_position_reference"} <= set(log.variables):
-            away = axis.along(log.cog_position.values - log.cog_position_reference.values)
-            self._readings.append((f"CoG displacement {axis}", 1000 * away, "{:+.0f} mm"))
+            self._readings.append((f"CoG displacement {axis}", 1000 * off_mission(log, axis), "{:+.0f} mm"))
         if "reach" in log:
             self._readings.append(("reach", log.reach.values, "{:.3f} m"))
         if "contact_force_normal" in log:

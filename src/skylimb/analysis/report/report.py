@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import shlex
-import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -73,7 +72,7 @@ def render_report(
         HTML.
     """
     first = next(iter(runs.values()))
-    config = _config(first)
+    config = first.tables
     axes = common_names(run.log for run in runs.values())
     groups, claims = _groups(runs, axes), check_claims(runs)
     return render_page(
@@ -158,13 +157,6 @@ def _groups(runs: Mapping[str, Run], axes: AxisNames) -> list[tuple[str, list[Li
         )
         for title, part in shown_scores(runs.values()).items()
     ]
-
-
-def _config(run: Run) -> dict[str, Any]:
-    try:
-        return tomllib.loads(run.config)
-    except tomllib.TOMLDecodeError:  # a foreign log may describe itself in other words
-        return {}
 
 
 def _shape(config: Mapping[str, Any]) -> str | None:

@@ -95,6 +95,11 @@ def contact_axis(log: xr.Dataset) -> Direction:
     return direction(log.attrs.get("contact_axis", "x"), "n")
 
 
+def off_mission(log: xr.Dataset, axis: Direction) -> np.ndarray:
+    """How far the centre of gravity is from the mission's reference along a direction, m, (time,)."""
+    return axis.along(log.cog_position.values - log.cog_position_reference.values)
+
+
 def sliding_axes(log: xr.Dataset) -> tuple[Direction, Direction]:
     """The two directions in which the tip slides; y and z where the log doesn't say.
 

@@ -69,9 +69,11 @@ def entries() -> list[Entry]:
     found += [Entry("surface", f"surface.{name}", _first_line(cls)) for name, cls in sorted(SURFACES.items())]
     found += [Entry("event", f"event.{name}", _first_line(cls)) for name, cls in sorted(EVENTS.items())]
     found += [Entry("path", f"path.{name}", text) for name, text in _paths().items()]
-    for slot in SLOTS:
-        for law in law_names(slot):
-            found.append(Entry("law", f"{slot}.{law}", _first_line(find_law(slot, law, Path()))))
+    found += [
+        Entry("law", f"{slot}.{law}", _first_line(find_law(slot, law, Path())))
+        for slot in SLOTS
+        for law in law_names(slot)
+    ]
     found += [Entry("table", name, _first_line(cls)) for name, cls in experiment_tables().items()]
     found += [Entry("file", name, _first_line(cls)) for name, cls in _FILES.items()]
     return found + [Entry("metric", f"metric.{name}", _metric(score)) for name, score in SCORES.items()]

@@ -48,6 +48,5 @@ def calibrate(
     last = 7 if known else 5
     output.show_table([row[:last] for row in rows], *columns[:last])
     print(made.verdict)
-    for note in flown.notes:
-        print(f"note: {note}")
+    output.notes(flown.notes)
     output.places(folder)

@@ -61,8 +61,7 @@ def convert(
         require_layouts(target)
     with output.working("converting"):
         notes = conversion.convert(log, target, robot, link, namespace, ros2)
-    for note in notes:
-        print(f"note: {note}")
+    output.notes(notes)
     print(f"  {target}")
     for path in write_layouts(target, namespace) if layouts else ():
         print(f"  {path}")

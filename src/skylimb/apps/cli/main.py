@@ -57,22 +57,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
             warnings.showwarning = _warn
             return _dispatch(arguments)
     except SkylimbError as error:
-        if debug:
-            traceback.print_exception(error)
-        return _complain("; ".join((str(error), *_notes(error))), 2)
+        return _complain("; ".join((str(error), *_notes(error))), 2, debug and error)
     except ImportError as error:
         extra = of_an_extra(error)
         if extra is None:
             raise
-        if debug:
-            traceback.print_exception(error)
-        return _complain(str(extra), 2)
+        return _complain(str(extra), 2, debug and error)
     except (RecursionError, MemoryError) as error:
         # What reads files has ceilings of its own; this is for what they do not know of.
-        if debug:
-            traceback.print_exception(error)
         why = "this machine's memory" if isinstance(error, MemoryError) else "levels inside of each other"
-        return _complain(f"'{' '.join(arguments)[:200]}' needs more {why} than there may be", 2)
+        asked = f"'{' '.join(arguments)[:200]}'"
+        return _complain(f"{asked} needs more {why} than there may be", 2, debug and error)
     except KeyboardInterrupt as stop:
         kept = _notes(stop) or ["what was not finished is not kept"]
         return _complain("; ".join(("interrupted", *kept)), 128 + (terminated or [signal.SIGINT])[0])
@@ -128,6 +123,9 @@ def _warn(message: Warning | str, *_: object) -> None:
     print(f"skylimb: warning: {' '.join(str(message).split())}", file=sys.stderr)
 
 
-def _complain(message: str, code: int) -> int:
+def _complain(message: str, code: int, shown: BaseException | bool = False) -> int:
+    """Say what went wrong in a line, below the traceback of the error that is to be shown."""
+    if isinstance(shown, BaseException):
+        traceback.print_exception(shown)
     print(f"skylimb: error: {' '.join(message.split())}", file=sys.stderr)
     return code

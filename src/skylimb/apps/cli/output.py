@@ -91,10 +91,15 @@ def score_table(
     show_table(rows, "", "", *columns, justify="llr", heading=heading)
 
 
+def notes(lines: Iterable[str]) -> None:
+    """Say what is to be known of a log or a flight, a line each."""
+    for line in lines:
+        print(f"note: {line}")
+
+
 def faults(counts: Mapping[str, int]) -> None:
     """Say what was met in a flight on a clock, and how often."""
-    for name, count in counts.items():
-        print(f"note: {name}: {count} times")
+    notes(f"{name}: {count} times" for name, count in counts.items())
 
 
 @contextmanager
@@ -229,8 +234,7 @@ def hand_over(runs: Mapping[str, Run], folder: Path, video: bool = False, failed
     Returns:
         The exit code: 1 when a flight was lost, or something could not be made.
     """
-    for line in dict.fromkeys(line for run in runs.values() for line in run.notes):
-        print(f"note: {line}")
+    notes(dict.fromkeys(line for run in runs.values() for line in run.notes))
     for line in failed:
         print(line)
     if failed:

@@ -54,8 +54,7 @@ def replay(
 
         write_replay(recorded, replayed, folder)
     _show(recorded, replayed)
-    for note in notes:
-        print(f"note: {note}")
+    output.notes(notes)
     output.hand_over({replayed.name: replayed}, folder)
 
 

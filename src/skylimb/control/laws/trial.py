@@ -28,7 +28,7 @@ from skylimb.control.laws.results import called, checked
 from skylimb.control.laws.slots import SLOTS, Slots
 from skylimb.control.laws.traced_step import step_inputs, symbolic_inputs
 from skylimb.control.laws.user_functions import Prepared, UserLaw
-from skylimb.control.laws.user_trace import PERIOD, STEPS, TOLERANCE, plain_attributes, shaken_hover
+from skylimb.control.laws.user_trace import PERIOD, STEPS, differing, plain_attributes, shaken_hover
 
 
 def tried(cascade: Any) -> Any:
@@ -261,7 +261,4 @@ def _differing(layout: Layout[Any], one: np.ndarray, other: np.ndarray) -> str:
     """The first entry in which two flat results differ; empty where there is none."""
     if one.shape != other.shape:
         return "shape"
-    for name, part in layout.slices.items():
-        if not np.allclose(one[part], other[part], TOLERANCE, TOLERANCE, equal_nan=True):
-            return called(name) or "result"
-    return ""
+    return next((called(name) or "result" for name in differing(layout, one, other)), "")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -65,15 +65,20 @@ def _difference(trial: Any, step: TracedStep) -> str:
         layouts: tuple[Layout[Any], ...] = step.inputs.state, step.commands, step.signals
         python: tuple[Any, ...] = state, command, with_floats(dict(signals))
         for layout, one, record in zip(layouts, (flat, *results), python, strict=True):
-            other = layout.pack(record)
-            for name, part in layout.slices.items():
-                if not np.allclose(one[part], other[part], TOLERANCE, TOLERANCE, equal_nan=True):
-                    return (
-                        f"on symbols its step gives another '{name.rpartition('.')[2] or 'state'}' than on "
-                        "numbers; the step may depend on its arguments alone, and uses functions of "
-                        "skylimb.symbolic in place of math's"
-                    )
+            for name in differing(layout, one, layout.pack(record)):
+                return (
+                    f"on symbols its step gives another '{name.rpartition('.')[2] or 'state'}' than on "
+                    "numbers; the step may depend on its arguments alone, and uses functions of "
+                    "skylimb.symbolic in place of math's"
+                )
     return ""
+
+
+def differing(layout: Layout[Any], one: np.ndarray, other: np.ndarray) -> Iterator[str]:
+    """Dotted names of the entries in which two flat records differ."""
+    for name, part in layout.slices.items():
+        if not np.allclose(one[part], other[part], TOLERANCE, TOLERANCE, equal_nan=True):
+            yield name
 
 
 def plain_attributes(made: Any) -> dict[str, str]:

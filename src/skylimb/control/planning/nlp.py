@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
 
 import casadi as ca
 import numpy as np
 
 from skylimb.base import interrupts
+from skylimb.base.rotations import wrapped
+
+T = TypeVar("T")
 
 _NONE: Mapping[str, Any] = MappingProxyType({})
 
@@ -33,3 +36,12 @@ def searches(solver: ca.Function, starts: Iterable[Any], **given: Any) -> list[F
     """What the searches from several starts find, the least cost first."""
     found = (search(solver, start, **given) for start in starts)
     return sorted((one for one in found if one is not None), key=lambda one: one[0])
+
+
+def distinct(found: Iterable[T], angles: Callable[[T], np.ndarray], apart: float) -> list[T]:
+    """Those of which an angle is farther than that from the same one of each before it, rad."""
+    kept: list[T] = []
+    for one in found:
+        if all(np.max(np.abs(wrapped(angles(one) - angles(other))), initial=0.0) > apart for other in kept):
+            kept.append(one)
+    return kept

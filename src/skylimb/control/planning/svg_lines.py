@@ -141,7 +141,8 @@ def _outlines(document: Any, what: str) -> list[_Outline]:
             )
         if isinstance(element, Image):
             raise ConfigError(f"{what} has a picture in it, which a pen cannot draw; trace it to paths first")
-        if isinstance(element, Shape) and _visible(element):
+        # SVG fills with black where nothing is said; svgelements then gives a colour.
+        if isinstance(element, Shape) and (_painted(element.fill) or _painted(element.stroke)):
             outline: Any = Outline(element)
             width = float(element.implicit_stroke_width or 0.0)
             dashes = dashes_of(element.values or {}, unit) if _painted(element.stroke) else None
@@ -185,11 +186,6 @@ def _look(segment: Any) -> np.ndarray:
     from svgelements import Close, Line, Move
 
     return _LOOK[[0, -1]] if isinstance(segment, (Line, Close, Move)) else _LOOK
-
-
-def _visible(shape: Any) -> bool:
-    # SVG fills with black where nothing is said; svgelements then gives a colour.
-    return _painted(shape.fill) or _painted(shape.stroke)
 
 
 def _painted(paint: Any) -> bool:

@@ -17,7 +17,7 @@ from dataclasses import replace
 import numpy as np
 
 from skylimb.base.errors import UnreachableError
-from skylimb.base.rotations import wrapped
+from skylimb.control.planning.nlp import distinct
 from skylimb.control.planning.task import Task, TaskPosture, judged_posture, travel
 from skylimb.control.planning.task_program import TaskProgram
 from skylimb.robots.equilibrium_results import NotHeld
@@ -52,10 +52,7 @@ def best_postures(robot: Robot, task: Task, start: TaskPosture) -> list[TaskPost
     nearest = None if found else _nearest(program, task, starts)
     if found or (nearest is not None and nearest.share > _FAR):
         found += [one for one in (program.solve(task, other) for other in starts[_FEW:]) if one is not None]
-    best: list[TaskPosture] = []
-    for one in sorted(found, key=lambda one: -one.margin):
-        if all(np.max(np.abs(wrapped(one.angles - other.angles)), initial=0.0) > _SAME for other in best):
-            best.append(one)
+    best = distinct(sorted(found, key=lambda one: -one.margin), lambda one: one.angles, _SAME)
     if not best:
         raise UnreachableError(_nothing_holds(robot, task, nearest))
     return best

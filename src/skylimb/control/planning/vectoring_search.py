@@ -29,7 +29,7 @@ from skylimb.base.rotations import wrapped
 from skylimb.control.planning.control_torque import face_distances
 from skylimb.control.planning.joint_torque import joint_torque_function
 from skylimb.control.planning.lateral_effort import lateral_effort
-from skylimb.control.planning.nlp import ipopt, searches
+from skylimb.control.planning.nlp import distinct, ipopt, searches
 from skylimb.control.planning.tip_force import tip_force_map
 from skylimb.control.planning.vectoring_criteria import TORQUE, VectoringCriteria
 from skylimb.control.planning.vectoring_program import PathProgram, Posture, turns_freely
@@ -71,12 +71,9 @@ def search_vectoring(robot: Robot, criteria: VectoringCriteria = TORQUE) -> np.n
     coarse = PathProgram(posture, criteria, _COARSE_DEGREE, 9, 80)
     paths = [coarse.solve(start) for start in _starts(robot, posture)]
     ranked = sorted((path for path in paths if path is not None), key=lambda path: path[0], reverse=True)
-    distinct: list[tuple[float, np.ndarray]] = []
-    for path in ranked:
-        if all(np.max(np.abs(wrapped(path[1][:, 0] - other[1][:, 0]))) > _SAME for other in distinct):
-            distinct.append(path)
+    apart = distinct(ranked, lambda path: path[1][:, 0], _SAME)
     fine = PathProgram(posture, criteria, criteria.degree, 24, 150)
-    refined = [fine.solve(coefficients) for _, coefficients in distinct[:_REFINED]]
+    refined = [fine.solve(coefficients) for _, coefficients in apart[:_REFINED]]
     best = max((path for path in refined if path is not None), key=lambda path: path[0], default=None)
     if best is None:
         raise no_path(robot, criteria)
@@ -150,13 +147,12 @@ def _starts(robot: Robot, posture: Posture) -> list[np.ndarray]:
     lower, upper = posture.limits
     free = turns_freely(lower, upper)
     bounds = {} if free.all() else {"lbx": [*lower, -np.inf], "ubx": [*upper, np.inf]}
-    found: list[np.ndarray] = []
+    begun = [[*start, 1.0] for start in tries]
     # Without joints that bend, all postures are the first one, and so are their optima.
     bends = bool(np.any(robot.description.posture.slope))
-    for angle in np.linspace(*posture.span, 4 if bends else 1):
-        begun = [[*start, 1.0] for start in tries]
-        for _, x in searches(solver, begun, p=angle, lbg=posture.low, ubg=posture.high, **bounds):
-            candidate = np.where(free, wrapped(x[:n]), x[:n])
-            if all(np.max(np.abs(wrapped(candidate - other))) > _SAME for other in found):
-                found.append(candidate)
-    return found
+    found = [
+        np.where(free, wrapped(x[:n]), x[:n])
+        for angle in np.linspace(*posture.span, 4 if bends else 1)
+        for _, x in searches(solver, begun, p=angle, lbg=posture.low, ubg=posture.high, **bounds)
+    ]
+    return distinct(found, lambda angles: angles, _SAME)

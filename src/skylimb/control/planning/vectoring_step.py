@@ -22,6 +22,7 @@ import numpy as np
 from skylimb.base.errors import AllocationError
 from skylimb.base.rotations import wrapped
 from skylimb.control.planning.joint_torque import rest_function
+from skylimb.control.planning.nlp import distinct
 from skylimb.control.planning.vectoring_merit import merit_function, uphill_function
 from skylimb.control.planning.vectoring_program import turns_freely
 from skylimb.robots.hover import find_hovers
@@ -195,12 +196,9 @@ def first_vectoring(robot: Robot, joint_angles: Any = None) -> Planned:
 def _first(robot: Robot, joint_angles: tuple[float, ...]) -> Planned | None:
     q, merit = np.array(joint_angles), merit_function(robot)
     free = turns_freely(*robot.vectoring_limits())
-    begun: list[np.ndarray] = []
-    for hover in find_hovers(robot, q, stiff=True):
-        angles = np.where(free, wrapped(hover.vectoring_angles), hover.vectoring_angles)
-        if all(np.max(np.abs(wrapped(angles - other)), initial=0.0) > _SAME for other in begun):
-            begun.append(angles)
-    plans = [settled_vectoring(robot, q, angles) for angles in begun]
+    hovers = (hover.vectoring_angles for hover in find_hovers(robot, q, stiff=True))
+    begun = (np.where(free, wrapped(angles), angles) for angles in hovers)
+    plans = [settled_vectoring(robot, q, angles) for angles in distinct(begun, lambda one: one, _SAME)]
     usable = [plan for plan in plans if plan.margin > 0.0]
     return max(usable, key=lambda plan: float(merit(q, plan.angles)[0]), default=None)
 

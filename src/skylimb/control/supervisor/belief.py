@@ -8,9 +8,8 @@ from skylimb.base.packing import chosen
 from skylimb.control.estimation.gates import BEYOND, angle_fault, over
 from skylimb.control.estimation.prediction import differenced, parted, seen, shown
 from skylimb.control.estimation.records import BodyState, Imu, Measurement
-from skylimb.control.estimation.rotor_loss import Seen
 from skylimb.control.supervisor.believed_pose import believe_pose
-from skylimb.control.supervisor.health import examined, unexamined
+from skylimb.control.supervisor.health import Health, examined, unexamined
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Watch
 from skylimb.robots.model import Robot
@@ -26,8 +25,7 @@ class Belief(NamedTuple):
         faults: of pose and of angles, numbers as in `gates.FAULTS`.
         stale: 1 where the pose is the model's.
         speaks: 1 where there is an IMU that has said anything new of late.
-        lost: what rotors seem to have lost.
-        astray: 1 where a joint is not where its servo should have turned it.
+        health: what the robot lacks.
     """
 
     measurement: Measurement
@@ -35,8 +33,7 @@ class Belief(NamedTuple):
     faults: Array
     stale: Any
     speaks: Any
-    lost: Seen
-    astray: Any
+    health: Health
 
 
 def believed(
@@ -62,12 +59,12 @@ def believed(
     prediction, body = seen(robot, prediction, belief, speeds, pose.stale, dt)
 
     # What has failed on it.
-    health = unexamined(watch, prediction, measured.capture_age, pose.good, dt)
-    if limits.losses:
-        back = pose.clocks.back
-        health = examined(
-            robot, limits, watch, prediction, measured, body, angles, speeds, pose.good, back, dt
-        )
+    watch, age = watch._replace(prediction=prediction), measured.capture_age
+    watch, health = (
+        examined(robot, limits, watch, age, pose, body, speeds, dt)
+        if limits.losses
+        else unexamined(watch, age, pose, dt)
+    )
     unfelt = where(felt > 0.5, 0.0, watch.clocks.unfelt + dt)
     untold = where(watch.told.joints > 0.5, 0.0, watch.clocks.untold + dt)
     watch = watch._replace(
@@ -76,15 +73,9 @@ def believed(
         clocks=pose.clocks._replace(unfelt=unfelt, untold=untold, unheard=unheard),
         twist=pose.twist,
         before=measured,
-        prediction=health.prediction,
-        loss=health.loss,
-        servos=health.servos,
-        loose=health.loose,
-        late=health.late,
-        stamped=health.stamped,
     )
     faults = stack(pose.fault, wrong)
-    return watch, Belief(belief, body, faults, 1.0 - pose.good, speaks, health.lost, health.astray)
+    return watch, Belief(belief, body, faults, 1.0 - pose.good, speaks, health)
 
 
 def _heard(limits: Limits, said: Imu | None, last: Imu | None, silent: Any) -> tuple[Imu | None, Any, Any]:

@@ -7,12 +7,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skylimb.control.estimation.gates import over
-from skylimb.control.estimation.lateness import Lateness, Stamped, lateness, stamped
+from skylimb.control.estimation.lateness import lateness, stamped
 from skylimb.control.estimation.momentum_observer import ObserverState
-from skylimb.control.estimation.prediction import Prediction
-from skylimb.control.estimation.records import BodyState, Measurement
+from skylimb.control.estimation.records import BodyState
 from skylimb.control.estimation.rotor_loss import Loss, Seen, look
-from skylimb.control.estimation.servos import Servos, watch_servos
+from skylimb.control.estimation.servos import watch_servos
+from skylimb.control.supervisor.believed_pose import BelievedPose
 from skylimb.control.supervisor.late_gains import MOST
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Watch
@@ -34,76 +34,56 @@ SETTLED, SHAKEN = 0.1, 0.3
 
 
 class Health(NamedTuple):
-    """How the robot is.
+    """What the robot lacks at a tick.
 
     Attributes:
-        prediction: whose observer takes no lost thrust for a push.
-        loss: which rotor has lost thrust.
-        servos: where they should have turned the joints.
-        loose: 1 for each joint that its servo holds no more.
-        late: how late measurements are.
-        stamped: what their stamps alone say of that.
-        lost: what rotors seem to have lost at this tick.
+        lost: what rotors seem to have lost.
         astray: 1 where a joint is not where its servo should have turned it.
     """
 
-    prediction: Prediction
-    loss: Loss
-    servos: Servos
-    loose: Array
-    late: Lateness
-    stamped: Stamped
     lost: Seen
     astray: Any
 
 
-def unexamined(watch: Watch, prediction: Prediction, age: Any, good: Any, dt: float) -> Health:
+def unexamined(watch: Watch, age: Any, pose: BelievedPose, dt: float) -> tuple[Watch, Health]:
     """Where nobody looks: all is as it was, and nothing is lost; frames are as late as their stamps say.
 
     Args:
-        watch: of the tick before.
-        prediction: of this tick.
+        watch: of this tick, as far as it is known.
         age: of the frame that is seen, as its stamp says, s.
-        good: 1 where the pose is the measured one.
+        pose: that is believed.
         dt: control period, s.
     """
-    nothing = Seen(0.0 * watch.loss.left, 0.0, 0.0, 0.0)
-    said, late = stamped(watch.stamped, age, good, dt)
-    late = watch.late._replace(late=late)
-    return Health(prediction, watch.loss, watch.servos, watch.loose, late, said, nothing, 0.0)
+    said, late = stamped(watch.stamped, age, pose.good, dt)
+    watch = watch._replace(late=watch.late._replace(late=late), stamped=said)
+    return watch, Health(Seen(0.0 * watch.loss.left, 0.0, 0.0, 0.0), 0.0)
 
 
 def examined(
     robot: Robot,
     limits: Limits,
     watch: Watch,
-    prediction: Prediction,
-    measured: Measurement,
+    age: Any,
+    pose: BelievedPose,
     body: BodyState,
-    angles: Array,
     speeds: Array,
-    good: Any,
-    back: Any,
     dt: float,
-) -> Health:
+) -> tuple[Watch, Health]:
     """Joints and rotors: where servos should have turned them, and what the loss of one rotor would explain.
 
     Args:
         robot: the model.
         limits: of what is believed.
-        watch: of the tick before.
-        prediction: of this tick.
-        measured: at this tick.
+        watch: of the tick before, with the prediction of this one.
+        age: of the frame that is seen, as its stamp says, s.
+        pose: that is believed.
         body: state of {C} by what is believed.
-        angles: that are believed, shape and vectoring, rad.
-        speeds: of them, rad/s.
-        good: 1 where the pose is the measured one.
-        back: time since the pose was the model's, s.
+        speeds: of shape and vectoring angles, rad/s.
         dt: control period, s.
     """
-    late = watch.late
+    late, prediction, back = watch.late, watch.prediction, pose.clocks.back
     commanded = stack(watch.command.joint_angles, watch.command.vectoring_angles)
-    servos, each = watch_servos(robot, watch.servos, commanded, angles, prediction.thrusts, dt)
+    servos, each = watch_servos(robot, watch.servos, commanded, prediction.angles, prediction.thrusts, dt)
     # Servos give way where thrusts change fast: without a rotor, as a pose comes back, or far too late.
     calm = within(watch.loss.left, 1.0, np.inf) * over(back, SHAKEN)
     each = each * calm * within(late.late, 0.0, MOST)
@@ -113,28 +93,29 @@ def examined(
     # looks like one without a rotor; so does one whose pose has just come back, or whose twist is the model's
     # as what is seen of it does not fit the poses.
     behind = limits.latency + late.late
-    timely = within(measured.capture_age, 0.0, behind + LATE)
-    good = good * within(watch.twist.wrong, 0.0, 0.5)
+    timely = within(age, 0.0, behind + LATE)
+    good = pose.good * within(watch.twist.wrong, 0.0, 0.5)
     fresh = good * timely * (1.0 - astray) * over(back, SETTLED)
     found, lost = look(watch.loss, prediction.observer, body, prediction.thrusts, behind, fresh, dt)
     descending = within(watch.mode, DESCEND, CUT)
-    settled = good * _tells_latency(limits, watch, measured, lost) * over(back, SETTLED)
-    said, torque = measured.capture_age - limits.latency, prediction.delay.wrenches[0][3:6]
+    settled = good * _tells_latency(limits, watch, age, lost) * over(back, SETTLED)
+    said, torque = age - limits.latency, prediction.delay.wrenches[0][3:6]
     late = lateness(
         late, body, torque, limits.latency, limits.rotor_lag, said, settled, watch.asked.touch, dt
     )
     loss, observer = _given_up(limits, watch.loss, found, lost, descending, prediction.observer, body)
     prediction = prediction._replace(observer=observer)
-    return Health(prediction, loss, servos, loose, late, watch.stamped, lost, astray)
+    watch = watch._replace(prediction=prediction, loss=loss, servos=servos, loose=loose, late=late)
+    return watch, Health(lost, astray)
 
 
-def _tells_latency(limits: Limits, watch: Watch, measured: Measurement, lost: Seen) -> Any:
+def _tells_latency(limits: Limits, watch: Watch, age: Any, lost: Seen) -> Any:
     """1 where the robot's turning says how late it is measured.
 
     A touch or a lost rotor turns the robot otherwise than it is told to, at any latency: in contact, and with
     a rotor that has lost too little to break the flight off, the stamps have to say that it has changed.
     """
-    changed = over(abs(measured.capture_age - limits.latency - watch.late.late), DOUBT)
+    changed = over(abs(age - limits.latency - watch.late.late), DOUBT)
     asked = where(changed + within(watch.asked.touch, 0.0, 0.5) > 0.5, 1.0, 0.0)
     most = where(changed > 0.5, limits.lossy, 0.0)
     return asked * within(lost.lost, 0.0, most) * within(watch.loss.left, 1.0 - most, np.inf)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Iterator, Mapping
 from hashlib import sha256
 from pathlib import Path
@@ -152,7 +153,8 @@ def _header(controller: TraceableController, step: TracedStep, dt: float) -> str
             width = where.stop - where.start
             words = [f"{width} {'number' if width == 1 else 'numbers'}", about.get(f"{part}.{name}", "")]
             comment = ": ".join(filter(None, words))
-            lines.append(f"#define SKYLIMB_{part.upper()}_{_upper(name)} {where.start} /* {comment} */")
+            called = re.sub(r"\W", "_", f"{part}_{name}").upper()
+            lines.append(f"#define SKYLIMB_{called} {where.start} /* {comment} */")
     template = (_TEMPLATES / "controller_template.h").read_text("utf-8")
     return (
         template.replace("@ROBOT_TEXT@", json.dumps(controller.robot.name))
@@ -178,10 +180,6 @@ def _about_gains(controller: TraceableController) -> dict[str, str]:
     rows = rows_of(controller.key_tables())
     words = {f"gains.{name}": (info.meaning, info.unit, info.range) for name, _, info in rows}
     return {name: "; ".join(filter(None, about)).replace("*/", "* /") for name, about in words.items()}
-
-
-def _upper(name: str) -> str:
-    return "".join(letter if letter.isalnum() else "_" for letter in name).upper()
 
 
 def _source(robot: Robot, step: TracedStep) -> str:

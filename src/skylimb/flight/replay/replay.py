@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import tempfile
-import tomllib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import replace
@@ -24,13 +23,12 @@ from skylimb.analysis.report.controller_replay import REPLAYED
 from skylimb.base.errors import ConfigError, SkylimbError
 from skylimb.base.packing import Layout
 from skylimb.base.signals import Signal
-from skylimb.control.calibrated import calibrated
 from skylimb.control.controller import (
     Controller,
     controller_signals,
     is_traceable,
 )
-from skylimb.control.corrections import Calibrated, corrections_of
+from skylimb.control.corrections import Calibrated
 from skylimb.control.loop.flight import MISSION_TIME
 from skylimb.control.missions.clock import Clock
 from skylimb.control.missions.mission import Mission
@@ -38,9 +36,9 @@ from skylimb.control.needs import needs_of
 from skylimb.control.planning.posture import standing
 from skylimb.flight.events import GainChange
 from skylimb.flight.events.gain import gain_rows
-from skylimb.flight.experiments.experiment import Experiment, load_experiment, robot_of
+from skylimb.flight.experiments.experiment import Experiment, load_experiment
 from skylimb.flight.flight_run import FLAGS, documented
-from skylimb.flight.loading import chosen_controller, parted
+from skylimb.flight.loading import chosen_controller, parted, plan_of
 from skylimb.flight.plan import FlightPlan, mission_of
 from skylimb.flight.replay.doubts import doubts
 from skylimb.flight.replay.mission_of_log import mission_of_log
@@ -93,13 +91,10 @@ def replay(
     with tempfile.TemporaryDirectory(prefix="skylimb-") as folder, naming_its_files(Path(folder)):
         try:
             experiment, said = experiment_of(run, Path(folder), settings)
-            robot = robot_of(experiment)
-            ready = chosen_controller(controller, experiment, robot, gains)
-            if calibration is not None:
-                ready = calibrated(ready, robot, corrections_of(calibration), gains)
+            plan = plan_of(experiment, controller, gains, calibration)
         except ConfigError as error:
             raise _lacking(run) or error from None
-        return _replayed(run, experiment, robot, ready, (*read, *said), progress)
+        return _replayed(run, experiment, plan.robot, plan.controller, (*read, *said), progress)
 
 
 def _replayed(
@@ -142,7 +137,7 @@ def experiment_of(
     run: Record, folder: Path, settings: Mapping[str, Any]
 ) -> tuple[Experiment, tuple[str, ...]]:
     """The experiment that a run was flown with, read from copies of its files below `folder`."""
-    if not run.config:
+    if not run.tables:
         experiment = load_experiment(UNKNOWN, dict(settings))
         said = f"no configuration: robot {experiment.robot}, {experiment.controller_rate:g} Hz (see --set)"
         return experiment, (said,)
@@ -171,7 +166,7 @@ def naming_its_files(folder: Path) -> Iterator[None]:
 
 def _lacking(run: Record) -> ConfigError | None:
     """The error for a log without the copies of the user's files that it names; None where all are there."""
-    files = tomllib.loads(run.config).get(TABLE, {}).get("files", {})
+    files = run.tables.get(TABLE, {}).get("files", {})
     missing = sorted(files.keys() - run.sources.keys())
     if not missing:
         return None
@@ -183,7 +178,7 @@ def _lacking(run: Record) -> ConfigError | None:
 
 def _flown_vectoring(run: Record, experiment: Experiment, robot: Robot, controller: Controller) -> str:
     """The purpose of the vectoring angles that the robot took off with, on which its mission depends."""
-    if run.config:
+    if run.tables:
         # A controller that was handed over as an object cannot be made again.
         with suppress(SkylimbError):
             return needs_of(chosen_controller(None, experiment, robot, {})).vectoring
@@ -203,7 +198,7 @@ def _mission(
     run: Record, log: xr.Dataset, held: Recorded, experiment: Experiment, robot: Robot, purpose: str
 ) -> tuple[Mission, tuple[str, ...]]:
     """The references of the flight: planned anew where its configuration is known, else from the log."""
-    if not run.config:
+    if not run.tables:
         return mission_of_log(log, held, standing(robot, purpose), experiment.control_period)
     mission = mission_of(experiment, robot, purpose)
     name = "cog_position_reference"

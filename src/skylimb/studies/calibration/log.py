@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
-
 import numpy as np
 import xarray as xr
 from scipy.ndimage import median_filter
@@ -92,7 +90,7 @@ def _tick(run: Run) -> float:
             f"the log has a row every {dt:g} s; a calibration needs one every {LONGEST_TICK:g} s at least; "
             "is its time in seconds?"
         )
-    rate = float(tomllib.loads(run.config).get("controller_rate", 0.0))
+    rate = float(run.tables.get("controller_rate", 0.0))
     if rate * dt > 1.1:
         raise ConfigError(
             f"the log has a row every {dt:g} s, and its controller commanded every {1.0 / rate:g} s: a "
@@ -174,7 +172,7 @@ def free_pieces(run: Run, dt: float) -> tuple[tuple[int, int], ...]:
     """
     log = run.log
     free = np.ones(log.sizes["time"], dtype=bool)
-    touches = tomllib.loads(run.config).get("approach", {}).get("contact", True)
+    touches = run.tables.get("approach", {}).get("contact", True)
     if "phase" in log and touches:
         names = phase_names(log)
         allowed = names.keys() & {"hover", "tare", "hover_end"}

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import tempfile
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -98,7 +97,7 @@ def robot_of(flown: Run) -> Robot:
     Raises:
         SkylimbError: when the log does not say, or there is no such robot.
     """
-    config = tomllib.loads(flown.config)
+    config = flown.tables
     name = str(config.get("robot") or flown.log.attrs.get("robot", ""))
     if not name:
         raise ConfigError(f"the log of '{flown.name}' does not say of which robot it is")

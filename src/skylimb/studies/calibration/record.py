@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -244,7 +243,7 @@ def record_of(run: Run, robot: Robot) -> Record:
 
 def _wheels(run: Run, robot: Robot) -> np.ndarray:
     """Of the rotors, as the robot's file describes them; a simulation may take their inertia away."""
-    idle = tomllib.loads(run.config).get("plant", {}).get("rotors") == "thrust"
+    idle = run.tables.get("plant", {}).get("rotors") == "thrust"
     inertias = np.array([0.0 if idle else rotor.inertia or 0.0 for rotor in robot.description.rotors])
     factors = np.array([rotor.thrust_factor or np.inf for rotor in robot.description.rotors])
     return np.array([rotor.spin for rotor in robot.description.rotors]) * inertias / np.sqrt(factors)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
@@ -178,7 +177,7 @@ def calibration_of(run: Run, record: Record, estimate: Estimate) -> Calibration:
 
 def true_values(run: Run, robot: Robot) -> np.ndarray | None:
     """What a simulated flight was flown with, in the order of the flat vector; None for a real one."""
-    config = tomllib.loads(run.config)
+    config = run.tables
     plant, sensors = config.get("plant"), config.get("sensors")
     if plant is None or sensors is None:
         return None

@@ -18,18 +18,14 @@ def file_digests(experiments: Sequence[Experiment]) -> dict[str, str]:
         for key, owner in files_of(experiment):
             if key != "robot":
                 read.setdefault(key, set()).update(source.digest for source in owner.sources)
-    return {key: _one_digest(sorted(digests)) for key, digests in read.items()}
+    return {key: one_digest(sorted(digests)) for key, digests in read.items()}
 
 
 def code_digest(path: Path) -> str:
     """Digest of a user's Python file, and of the modules that it imports from its own folder."""
-    return _one_digest([source.digest for source in sources_of_module(load_module(path, ()))])
+    return one_digest([source.digest for source in sources_of_module(load_module(path, ()))])
 
 
-def laws_digest(files: Sequence[Path]) -> str:
-    """Digest of the files of all laws that a slot is flown with."""
-    return _one_digest([code_digest(file) for file in files])
-
-
-def _one_digest(digests: Sequence[str]) -> str:
+def one_digest(digests: Sequence[str]) -> str:
+    """The digest of several; of one alone itself."""
     return digests[0] if len(digests) == 1 else hashlib.sha256("".join(digests).encode()).hexdigest()

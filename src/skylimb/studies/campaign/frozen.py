@@ -32,7 +32,7 @@ from skylimb.flight.experiments.experiment import Experiment, experiment_from_ma
 from skylimb.flight.flight_run import config_units
 from skylimb.robots.loader import load_robot
 from skylimb.robots.model import Robot
-from skylimb.studies.campaign.digests import code_digest, file_digests, laws_digest
+from skylimb.studies.campaign.digests import code_digest, file_digests, one_digest
 from skylimb.studies.campaign.draws import GAIN, Draw, changed, draw
 from skylimb.studies.campaign.reading import FROZEN, spec_from_mapping
 from skylimb.studies.campaign.spec import CampaignSpec
@@ -255,7 +255,7 @@ def _controller(name: str, spec: CampaignSpec) -> dict[str, Any]:
     if calibration:
         mapping = with_corrections(mapping, path, read_corrections(calibration))
     laws = {
-        slot: laws_digest(files)
+        slot: one_digest([code_digest(file) for file in files])
         for slot in SLOTS
         if (files := _law_files(slot, mapping.get(slot), path, spec))
     }

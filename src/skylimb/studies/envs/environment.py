@@ -8,17 +8,15 @@ from typing import Annotated, Any
 import numpy as np
 
 from skylimb.base.config import from_mapping
-from skylimb.base.errors import ConfigError, of_an_extra
+from skylimb.base.errors import ConfigError, of_extras
 from skylimb.base.keys import Key, configuration
 from skylimb.studies.envs.fleet import Fleet, Stepped
 
-try:
+with of_extras():
     import gymnasium as gym
     from gymnasium.utils.seeding import np_random
     from gymnasium.vector import AutoresetMode
     from gymnasium.vector.utils import batch_space
-except ImportError as error:
-    raise of_an_extra(error) or error from None
 
 Observation = np.ndarray
 Info = dict[str, Any]

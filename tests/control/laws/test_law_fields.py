@@ -178,7 +178,7 @@ def read_by(field: str) -> str:
 
 
 def test_the_page_says_which_law_gives_and_reads_each_field() -> None:
-    page = (Path(__file__).parents[2] / "docs" / "law_fields.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[3] / "docs" / "law_fields.md").read_text(encoding="utf-8")
     rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in page.splitlines()]
     told = {row[0].strip("`"): row[1:] for row in rows if row[0].strip("`") in FIELDS}
     assert list(told) == list(FIELDS)
