@@ -50,6 +50,15 @@ def test_every_figure_draws_any_number_of_runs(six, picture, tmp_path):
     assert len(style.png(picture.draw(six))) > 1500
 
 
+def test_poses_are_drawn_of_flights_that_lived_to_slide(make_run):
+    slid, lost = make_run("hybrid"), make_run("pid")
+    lost = Run("pid", "pid", lost.log.isel(time=slice(0, 5)))
+    assert not pose_strip.poses_seen({"pid": lost})
+    assert pose_strip.poses_seen({"pid": lost, "hybrid": slid})
+    (picture,) = [one for one in REPORT_FIGURES if one.name == "poses"]
+    assert picture.suits is pose_strip.poses_seen
+
+
 def test_where_the_surface_was_looked_for_is_shaded(make_log):
     changes = [[3.5, "slide", "lost", "no force"], [4.0, "lost", "recontact", "rested"]]
     changes += [[4.25, "recontact", "settle", "touched"], [8.0, "slide", "lost", "no force"]]
