@@ -43,8 +43,8 @@ class ReportFigure:
 
 
 def _several(runs: Mapping[str, Run]) -> bool:
-    """Whether there is something to compare."""
-    return len(runs) > 1
+    """Whether there is something to compare: a lost flight has no box."""
+    return len(runs) > 1 and not all(run.failed for run in runs.values())
 
 
 def _of_a_drawing(runs: Mapping[str, Run]) -> bool:
