@@ -68,6 +68,9 @@ def test_on_paper_a_still_stands_for_the_replay(page: sync_api.Page) -> None:
     page.evaluate("skylimbReplay.clock.set(1)")
     page.evaluate("dispatchEvent(new Event('beforeprint'))")
     page.emulate_media(media="print")
+    samples = "[...document.querySelectorAll('.replay .u-marker')]"
+    printed = page.evaluate(f"{samples}.map((one) => getComputedStyle(one).printColorAdjust)")
+    assert set(printed) == {"exact"}  # else paper says of no curve whose it is
     still = page.get_by_role("img", name="The flight in three dimensions, 1.00 s after take-off")
     assert still.is_visible()
     drawn = still.evaluate(

@@ -139,6 +139,19 @@ def test_a_field_is_not_given_back_what_another_had(page: sync_api.Page) -> None
     assert set(fields) == {"off"}
 
 
+def test_a_tab_that_is_duplicated_watches(page: sync_api.Page) -> None:
+    with page.expect_popup() as opened:
+        page.evaluate("void open(location.href)")  # it gets a copy of what the page has stored
+    other = opened.value
+    other.wait_for_selector("body[data-ready]")
+    until(other, "skylimbStudio.line.open")
+    assert other.evaluate("skylimbStudio.line.name") != page.evaluate("skylimbStudio.line.name")
+    until(page, "skylimbStudio.shell.seats.others === 1")
+    assert page.evaluate("skylimbStudio.shell.seats.drives")
+    assert not other.evaluate("skylimbStudio.shell.seats.drives")
+    other.close()
+
+
 def test_a_busy_flight_is_called_so_and_the_line_stays(page: sync_api.Page, studio: Any) -> None:
     done = threading.Event()
     acts = studio.flight._acts
