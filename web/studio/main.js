@@ -349,6 +349,7 @@ class Studio {
   #run() {
     let frames = 0, since = performance.now(), drawn = 0, taken = 0, before = 0, shown = 0;
     const tick = (now) => {
+      requestAnimationFrame(tick); // first: a mistake in one picture does not end them all
       const frame = this.looking !== null ? this.past.at(this.looking) : this.past.frames[this.past.frames.length - 1];
       if (frame && this.fresh && (!this.sceneView?.bySoftware || now - shown > PAGE_PERIOD)) {
         this.fresh = false;
@@ -376,7 +377,6 @@ class Studio {
         if (!document.hidden) this.sceneView?.adapt(rate, !this.state.paused && !this.state.over);
         [frames, since] = [0, now];
       }
-      requestAnimationFrame(tick);
     };
     requestAnimationFrame(tick);
   }

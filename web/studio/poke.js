@@ -40,13 +40,16 @@ export class Poke {
     this.hold.addEventListener("keyup", () => this.release());
   }
 
-  /** Let the button be pressed, or say why not. */
+  /** Let the button be pressed, or say why not; what is held is let go then. */
   allow(why) {
+    if (why) this.release();
     this.why.textContent = why;
     this.hold.disabled = Boolean(why);
   }
 
+  /** A new take-off: what was held belongs to the flight before. */
   begin(links) {
+    this.release();
     const before = this.link.value;
     this.link.replaceChildren(...links.map(({ name }) => element("option", { value: name }, name)));
     this.link.value = links.some(({ name }) => name === before) ? before : links[Math.floor(links.length / 2)]?.name ?? ""; // near the centre of gravity

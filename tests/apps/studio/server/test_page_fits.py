@@ -11,7 +11,7 @@ from playwright import sync_api
 
 from chromium import needs_chromium, overlapping, silent_page, until, wait_for
 from flown_state import flown_gain
-from skylimb.apps.studio.messages import Scores
+from skylimb.apps.studio.messages import Restart, Scores
 from studio_page import drive
 
 GAIN = "translation.normalized_stiffness"
@@ -150,6 +150,22 @@ def test_a_tab_that_is_duplicated_watches(page: sync_api.Page) -> None:
     assert page.evaluate("skylimbStudio.shell.seats.drives")
     assert not other.evaluate("skylimbStudio.shell.seats.drives")
     other.close()
+
+
+def test_a_push_that_a_page_may_hold_no_more_is_not_shown(page: sync_api.Page, studio: Any) -> None:
+    page.get_by_role("tab", name="Poke").click()
+    button = page.get_by_role("button", name="Hold to poke")
+    for end in (lambda: studio.flight.command(Restart()), lambda: page.locator("#track").press("Home")):
+        button.hover()
+        page.mouse.down()
+        until(page, "skylimbStudio.state.undo?.startsWith('push')")
+        assert "2.0 N" in page.locator("#force").inner_text()
+        end()
+        until(page, "!skylimbStudio.poke.held && document.querySelector('#force').hidden")
+        wait_for(lambda: studio.session.pushed is None)
+        page.mouse.up()
+    page.locator("#track").press("Escape")
+    page.get_by_role("tab", name="Gains").click()
 
 
 def test_a_busy_flight_is_called_so_and_the_line_stays(page: sync_api.Page, studio: Any) -> None:
