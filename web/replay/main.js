@@ -1,6 +1,6 @@
 // Shows the flights of a page again.
 
-import { choice, element, toggle } from "../shared/elements.js";
+import { choice, element, ofThePage, toggle } from "../shared/elements.js";
 import { SceneView } from "../shared/scene_view.js";
 import { Clock } from "./clock.js";
 import { eventsOf, Marks } from "../shared/events.js";
@@ -110,6 +110,7 @@ async function start(root, { flights, speed = 1 }) {
     if (!clock.playing || now - marked > CURSOR_PERIOD) { marked = now; plots.cursor(); }
   });
   picture.addEventListener("keydown", (event) => {
+    if (!ofThePage(event)) return;
     const act = {
       " ": () => clock.play(),
       ArrowRight: () => clock.set(clock.time + (event.shiftKey ? 1 : 0.1)),

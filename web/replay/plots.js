@@ -3,7 +3,7 @@
 import { uPlot } from "vendor";
 import { MARKERS, curvesOf } from "../shared/curves.js";
 import { columns, lastNotAbove } from "../shared/decode.js";
-import { eventsOf, stripes } from "../shared/events.js";
+import { eventsOf, stripes, timeLine } from "../shared/events.js";
 
 export class Plots {
   static async of(holder, flights, clock) {
@@ -77,7 +77,7 @@ export class Plots {
         ready: [(u) => { this.#listen(u); this.#read(u); }],
         setSelect: [(u) => this.#zoom(u)],
         drawClear: [(u) => stripes(u, this.events, style)],
-        draw: [(u) => this.#mark(u)],
+        draw: [(u) => timeLine(u, this.clock.time, 1)],
       },
     }, data, element);
     return plot;
@@ -100,20 +100,6 @@ export class Plots {
   zoom(low, high) {
     this.range = [low, high];
     for (const plot of this.plots) plot.setScale("x", { min: low, max: high });
-  }
-
-  /** The line at the time that is shown. */
-  #mark(plot) {
-    const x = Math.round(plot.valToPos(this.clock.time, "x", true)), { left, top, width, height } = plot.bbox;
-    if (x < left || x > left + width) return;
-    plot.ctx.save();
-    plot.ctx.strokeStyle = "#d62728";
-    plot.ctx.lineWidth = devicePixelRatio;
-    plot.ctx.beginPath();
-    plot.ctx.moveTo(x, top);
-    plot.ctx.lineTo(x, top + height);
-    plot.ctx.stroke();
-    plot.ctx.restore();
   }
 
   cursor() {

@@ -61,3 +61,18 @@ export function stripes(plot, events, style) {
   }
   ctx.restore();
 }
+
+/** A red line at a time that is shown, over a plot's curves. */
+export function timeLine(plot, time, width) {
+  const { ctx, bbox } = plot, x = Math.round(plot.valToPos(time, "x", true));
+  if (x < bbox.left || x > bbox.left + bbox.width) return;
+  ctx.save();
+  ctx.setLineDash([]); // the last curve may have left its own
+  ctx.strokeStyle = "#d62728";
+  ctx.lineWidth = width * devicePixelRatio;
+  ctx.beginPath();
+  ctx.moveTo(x, bbox.top);
+  ctx.lineTo(x, bbox.top + bbox.height);
+  ctx.stroke();
+  ctx.restore();
+}

@@ -3,7 +3,7 @@
 import { uPlot } from "vendor";
 import { MARKERS, curvesOf, hueOf } from "../shared/curves.js";
 import { button, element } from "../shared/elements.js";
-import { eventsOf, stripes } from "../shared/events.js";
+import { eventsOf, stripes, timeLine } from "../shared/events.js";
 
 const SPAN = 30; // s that are seen
 const HEIGHT = 104;
@@ -160,7 +160,7 @@ export class Charts {
         ready: [(u) => u.over.addEventListener("dblclick", () => this.zoom(null))],
         setSelect: [(u) => this.#select(u)],
         drawClear: [(u) => { stripes(u, this.events ?? [], style); this.#saturated(u, curves); }],
-        draw: [(u) => this.#mark(u)],
+        draw: [(u) => { if (this.looking !== null) timeLine(u, this.looking, 2); }],
       },
     }, [[], ...curves.map(() => [])], holder);
     // A legend that grows and shrinks with its numbers would move what is below it under the pointer.
@@ -222,19 +222,6 @@ export class Charts {
       ctx.fillRect(from, top, Math.max(1, to - from), height);
     }
     ctx.restore();
-  }
-
-  #mark(plot) {
-    if (this.looking === null) return;
-    const x = Math.round(plot.valToPos(this.looking, "x", true)), { top, height } = plot.bbox;
-    plot.ctx.save();
-    plot.ctx.strokeStyle = "#d62728";
-    plot.ctx.lineWidth = 2 * devicePixelRatio;
-    plot.ctx.beginPath();
-    plot.ctx.moveTo(x, top);
-    plot.ctx.lineTo(x, top + height);
-    plot.ctx.stroke();
-    plot.ctx.restore();
   }
 
   /** The chart with its title and legend, as a picture. */

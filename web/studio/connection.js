@@ -4,13 +4,14 @@ const FRAME = 1, HISTORY = 2;
 const WAITS = [0.3, 0.6, 1, 2]; // s between attempts
 const SILENT = 3000, DEAD = 12000; // ms without a message, of which 50 a second come: the line is lost; another is tried
 
+/** The page's name. It is stored while no page is shown: who duplicates a tab copies what is stored, and would drive as well. */
 function pageName() {
-  const key = "skylimb-page";
-  let name = sessionStorage.getItem(key);
-  if (!name) {
-    name = Array.from(crypto.getRandomValues(new Uint8Array(12)), (b) => b.toString(16).padStart(2, "0")).join("");
-    sessionStorage.setItem(key, name);
-  }
+  const key = "skylimb-page", name = sessionStorage.getItem(key)
+    ?? Array.from(crypto.getRandomValues(new Uint8Array(12)), (b) => b.toString(16).padStart(2, "0")).join("");
+  const forget = () => sessionStorage.removeItem(key);
+  forget();
+  addEventListener("pagehide", () => sessionStorage.setItem(key, name));
+  addEventListener("pageshow", forget);
   return name;
 }
 
@@ -19,13 +20,14 @@ export class Connection extends EventTarget {
     super();
     this.open = false;
     this.attempts = 0;
+    this.name = pageName();
     this.connect();
     setInterval(() => this.#listen(), 1000);
   }
 
   connect() {
     const query = new URLSearchParams(location.search);
-    query.set("page", pageName());
+    query.set("page", this.name);
     this.socket = new WebSocket(`${location.origin.replace(/^http/, "ws")}/socket?${query}`);
     this.socket.binaryType = "arraybuffer";
     this.heard = performance.now();

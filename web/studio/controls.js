@@ -6,7 +6,7 @@ import { seldom } from "./connection.js";
 const OWN = 400; // ms after a hand's own change for which the state may be older than it
 const shown = (value) => (typeof value === "number" ? Number(value.toPrecision(6)) : value);
 const same = (one, other) => JSON.stringify(one) === JSON.stringify(other);
-const inWords = (value) => (Array.isArray(value) ? `[${value.map(inWords).join(", ")}]` : value === null ? "none" : String(shown(value)));
+const inWords = (value) => (Array.isArray(value) ? `[${value.map(inWords).join(", ")}]` : value === null ? "none" : value === "" ? "empty" : String(shown(value)));
 
 /** What a key is called in its group: its last words, and those of a table inside of the group. */
 const nameOf = ({ key }) => key.split(".").slice(key.startsWith("controller.") ? 2 : 1).join(": ").replaceAll("_", " ") || key.replaceAll("_", " ");
@@ -87,10 +87,7 @@ export class Controls {
       setTimeout(() => this.#set(row), OWN);
       this.studio.change({ key, value, flight: control.flights ? this.flight : null, entry }, acts);
       return true;
-    }, (field) => {
-      field.reportValidity();
-      this.studio.note(`${nameOf(control)} = ${field.value || "?"}: ${field.validationMessage}`, "bad");
-    });
+    }, (field) => this.studio.refuse(nameOf(control), field));
     row.holder = element("div", { class: "key" },
       element("label", { for: id, title: key }, nameOf(control), element("span", { class: "unit" }, unit ? ` ${plainUnit(unit)}` : "")),
       acts === "restart" ? element("span", { class: "restarts", title: "A change takes off again" }, "restarts") : element("span"),
@@ -251,7 +248,7 @@ function rangeOf({ value, low, high }) {
 
 function vectorFor(control, id, change, refuse) {
   const { value, key } = control;
-  if (!value?.length || value.some((entry) => typeof entry !== "number")) return listFor(control, id, change);
+  if (!value?.length || value.some((entry) => typeof entry !== "number")) return listFor(control, id, change, refuse);
   const entries = value.map((entry, i) => entryFor(control, entry, i ? `${id}-${i}` : id, `${key}, entry ${i + 1}`, (next, moving) => change(next, i, moving), refuse));
   return {
     holder: element("div", { class: "vector" }, ...entries.map(({ field, slider }) => element("div", {}, field, slider ?? ""))),
@@ -260,7 +257,7 @@ function vectorFor(control, id, change, refuse) {
 }
 
 /** A list of other length or depth: as JSON. */
-function listFor({ value }, id, change) {
+function listFor({ value }, id, change, refuse) {
   const field = element("input", { type: "text", id, placeholder: "[[0, 0], [0.1, 0]]" });
   const set = (next) => { field.value = next ? JSON.stringify(next) : ""; };
   field.addEventListener("change", () => {
@@ -271,7 +268,7 @@ function listFor({ value }, id, change) {
       change(next);
     } catch {
       field.setCustomValidity("a list of numbers in brackets, such as [1, 0, 0]");
-      field.reportValidity();
+      refuse(field);
     }
   });
   set(value);

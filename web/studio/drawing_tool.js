@@ -84,6 +84,7 @@ export class DrawingTool {
 
   clear() {
     this.strokes = [];
+    this.stroke = null;
     this.#show();
   }
 
@@ -113,7 +114,7 @@ export class DrawingTool {
     }
     const points = this.strokes.reduce((sum, stroke) => sum + stroke.length, 0);
     this.fly.disabled = this.wipe.disabled = points < 2;
-    this.count.textContent = points ? `${this.strokes.length} strokes` : "nothing drawn yet";
+    this.count.textContent = points ? `${this.strokes.length} ${this.strokes.length === 1 ? "stroke" : "strokes"}` : "nothing drawn yet";
     this.studio.stale();
   }
 }

@@ -1,6 +1,6 @@
 // The studio's page: a live flight to see and to touch.
 
-import { button, choice, element, toggle } from "../shared/elements.js";
+import { button, choice, element, ofThePage, toggle, withArrows } from "../shared/elements.js";
 import { SceneView } from "../shared/scene_view.js";
 import { LiveFigure } from "./live_figure.js";
 import { SurfaceTool } from "./surface_tool.js";
@@ -127,6 +127,12 @@ class Studio {
     this.shell.note(text, kind, lasting);
   }
 
+  /** Say what is wrong with a field, also where it is not seen. */
+  refuse(name, field) {
+    field.reportValidity();
+    this.note(`${name} = ${field.value || "?"}: ${field.validationMessage}`, "bad");
+  }
+
   readForce(text) {
     find("force").textContent = text;
     find("force").hidden = !text;
@@ -151,6 +157,7 @@ class Studio {
     line.on("state", (state) => { this.state = state; this.#apply(); });
     line.on("seats", (seats) => { shell.seats = seats; this.hints.begin(seats.drives); this.#apply(); });
     line.on("frame", ({ scene, frames }) => {
+      this.#busy(false);
       if (scene !== this.number) { // it cannot be shown yet
         if (this.early?.scene === scene) this.early.frames.push(...frames);
         return;
@@ -160,6 +167,8 @@ class Studio {
     });
     line.on("history", (history) => { this.early = history; this.#recall(); });
     line.on("refused", ({ text }) => this.note(text, "bad"));
+    line.on("alive", ({ busy }) => this.#busy(busy));
+    line.on("trouble", ({ text }) => this.note(text, "bad", LASTING));
     line.on("error", (error) => shell.controllerError(error));
     line.on("report", ({ folder }) => this.note(`The report in ${folder} is drawn`));
     line.on("restarted", ({ why }) => { shell.controllerError(null); this.note(why ? `Took off again: ${why}` : "Took off again"); });
@@ -167,6 +176,13 @@ class Studio {
     line.on("pace", (pace) => this.transport.pace(pace));
     line.on("farewell", (last) => shell.farewell(last));
     line.on("scores", (scores) => shell.showScores(scores));
+  }
+
+  /** Whether the flight does something that takes long, and says nothing meanwhile. */
+  #busy(busy) {
+    if (busy === this.shell.busy) return;
+    this.shell.busy = busy;
+    this.shell.status();
   }
 
   async #begin({ scene, controls, controllers, number }) {
@@ -254,8 +270,9 @@ class Studio {
   }
 
   #buildPictureBar() {
-    const modes = MODES.map(([name, text, title], i) => button(text, { role: "radio", "aria-checked": name === this.mode, title: `${title} (${i + 1})`, dataset: { mode: name } }, () => this.setMode(name)));
+    const modes = MODES.map(([name, text, title], i) => button(text, { role: "radio", "aria-checked": name === this.mode, tabindex: name === this.mode ? 0 : -1, title: `${title} (${i + 1})`, dataset: { mode: name } }, () => this.setMode(name)));
     find("modes").append(...modes);
+    withArrows(modes, ({ dataset }) => this.setMode(dataset.mode));
     find("views").append(
       toggle("Follow", "The camera goes along", false, (on) => { if (this.sceneView) this.sceneView.follow = on; }),
       Object.assign(toggle("Arrows", "Thrusts (green, 2 cm/N); contact force (12 cm/N) and the pen's line, from blue (0 N) to red (5 N)", true, () => this.#arrange()), { id: "arrows" }),
@@ -270,7 +287,10 @@ class Studio {
 
   setMode(mode) {
     this.mode = mode;
-    for (const one of find("modes").children) one.setAttribute("aria-checked", String(one.dataset.mode === mode));
+    for (const one of find("modes").children) {
+      one.setAttribute("aria-checked", String(one.dataset.mode === mode));
+      one.tabIndex = one.dataset.mode === mode ? 0 : -1;
+    }
     find("picture").dataset.mode = mode;
     if (mode !== "look") this.shell.open(mode);
   }
@@ -295,6 +315,7 @@ class Studio {
     };
     for (const kind of ["pointerup", "pointercancel", "lostpointercapture"]) canvas.addEventListener(kind, end);
     canvas.addEventListener("keydown", (event) => {
+      if (!ofThePage(event)) return;
       if (this.mode === "poke" && this.poke.key(event)) return event.preventDefault();
       const act = {
         " ": () => this.transport.toggle(), ".": () => this.say("step"), r: () => this.say("restart"), u: () => this.say("undo"),
@@ -302,8 +323,14 @@ class Studio {
         ArrowLeft: () => this.sceneView?.turn(-0.1, 0), ArrowRight: () => this.sceneView?.turn(0.1, 0),
         ArrowUp: () => this.sceneView?.turn(0, 0.1), ArrowDown: () => this.sceneView?.turn(0, -0.1),
         "+": () => this.sceneView?.zoom(0.9), "-": () => this.sceneView?.zoom(1.1),
-      }[event.key];
+      }[event.key.length === 1 ? event.key.toLowerCase() : event.key]; // Caps Lock makes no other key of it
       if (act) { event.preventDefault(); act(); }
+    });
+    // A browser whose decimals have a point drops a comma without a word: 2,5 would become 25.
+    addEventListener("beforeinput", (event) => {
+      if (event.target.type !== "number" || !event.data?.includes(",") || (0.5).toLocaleString().includes(",")) return;
+      event.preventDefault();
+      this.note("A number has a point, not a comma: 2.5", "bad");
     });
     let typing = null; // a field with words that were not taken yet: undo is its own there
     addEventListener("input", ({ target }) => { typing = target.matches("input:not([type=range])") ? target : null; });
@@ -314,7 +341,7 @@ class Studio {
       event.preventDefault();
       this.say(event.shiftKey ? "redo" : "undo");
     });
-    canvas.addEventListener("keyup", () => this.poke.release());
+    canvas.addEventListener("keyup", (event) => this.poke.keyUp(event));
     canvas.addEventListener("blur", () => this.poke.release());
     new ResizeObserver(() => { if (this.sceneView) this.#arrange(); }).observe(canvas);
   }
@@ -322,6 +349,7 @@ class Studio {
   #run() {
     let frames = 0, since = performance.now(), drawn = 0, taken = 0, before = 0, shown = 0;
     const tick = (now) => {
+      requestAnimationFrame(tick); // first: a mistake in one picture does not end them all
       const frame = this.looking !== null ? this.past.at(this.looking) : this.past.frames[this.past.frames.length - 1];
       if (frame && this.fresh && (!this.sceneView?.bySoftware || now - shown > PAGE_PERIOD)) {
         this.fresh = false;
@@ -349,7 +377,6 @@ class Studio {
         if (!document.hidden) this.sceneView?.adapt(rate, !this.state.paused && !this.state.over);
         [frames, since] = [0, now];
       }
-      requestAnimationFrame(tick);
     };
     requestAnimationFrame(tick);
   }

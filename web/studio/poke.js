@@ -20,7 +20,7 @@ export class Poke {
     this.studio = studio;
     this.held = null;
     this.send = seldom(PERIOD, () => this.#say());
-    this.force = element("input", { type: "number", id: "poke-force", min: 0.1, max: STRONGEST, step: 0.1, value: 2 });
+    this.force = element("input", { type: "number", id: "poke-force", min: 0.1, max: STRONGEST, step: 0.1, value: 2, required: true });
     this.link = choice("Link that is poked", [], "", () => {});
     this.direction = choice("Direction of the poke", DIRECTIONS.map(([name, text]) => [name, text]), "left", () => {});
     this.hold = element("button", { type: "button", class: "main hold" }, "Hold to poke");
@@ -40,13 +40,16 @@ export class Poke {
     this.hold.addEventListener("keyup", () => this.release());
   }
 
-  /** Let the button be pressed, or say why not. */
+  /** Let the button be pressed, or say why not; what is held is let go then. */
   allow(why) {
+    if (why) this.release();
     this.why.textContent = why;
     this.hold.disabled = Boolean(why);
   }
 
+  /** A new take-off: what was held belongs to the flight before. */
   begin(links) {
+    this.release();
     const before = this.link.value;
     this.link.replaceChildren(...links.map(({ name }) => element("option", { value: name }, name)));
     this.link.value = links.some(({ name }) => name === before) ? before : links[Math.floor(links.length / 2)]?.name ?? ""; // near the centre of gravity
@@ -59,7 +62,7 @@ export class Poke {
 
   /** A poke of so many newtons at the middle of the chosen link. */
   #press(direction) {
-    if (!this.force.checkValidity()) return this.force.reportValidity();
+    if (!this.force.checkValidity()) return this.studio.refuse("Force", this.force);
     const link = this.links.find(({ name }) => name === this.link.value);
     if (!link || !this.studio.may("poke")) return;
     this.held = { link, point: link.middle ?? [0, 0, 0], force: direction.multiplyScalar(Number(this.force.value)) };
@@ -71,8 +74,15 @@ export class Poke {
   key(event) {
     const way = KEYS[event.key];
     if (!way) return false;
-    if (!event.repeat) this.#press(new Vector3(...way).transformDirection(this.studio.sceneView.camera.matrixWorld));
+    if (event.repeat) return true;
+    this.pressed = event.key;
+    this.#press(new Vector3(...way).transformDirection(this.studio.sceneView.camera.matrixWorld));
     return true;
+  }
+
+  /** A key on the picture went up: one that pokes no more, or one that was held for something else. */
+  keyUp({ key }) {
+    if (key === this.pressed) this.release();
   }
 
   /** The link under a pointer, and where it is met. */
@@ -124,7 +134,7 @@ export class Poke {
   release() {
     if (!this.held) return;
     this.send.cancel();
-    this.held = this.drag = null;
+    this.held = this.drag = this.pressed = null;
     this.#show();
     this.studio.say("release");
   }

@@ -1,6 +1,6 @@
 // What stands around the picture: status, seats, notes, tabs, second controller, scores, keep.
 
-import { button, choice, element } from "../shared/elements.js";
+import { button, choice, element, withArrows } from "../shared/elements.js";
 
 const TOLD = 8000; // ms for which a note is seen
 const find = (id) => document.getElementById(id);
@@ -17,7 +17,7 @@ function verdictOf(verdicts, figures, missed) {
 export class Shell {
   constructor(studio) {
     this.studio = studio;
-    this.online = false;
+    this.online = this.busy = false;
     this.seats = { drives: false, others: 0 };
     this.#buildTabs();
     find("take-over").addEventListener("click", () => studio.say("take over"));
@@ -29,11 +29,11 @@ export class Shell {
     this.first = choice("Controller", [], "", () => this.#choose());
     this.second = choice("Second controller", [], "", () => this.#choose());
     find("controllers").append(this.first, element("span", { class: "soft" }, "beside"), this.second);
-    this.name = element("input", { type: "text", id: "keep-name", maxlength: 60, pattern: "[A-Za-z0-9][A-Za-z0-9 _\\-]*", placeholder: "a name (optional)" });
+    this.name = element("input", { type: "text", id: "keep-name", maxlength: 80, placeholder: "a name (optional)" });
     find("panel-keep").append(
       element("p", {}, "Writes what was flown so far: the experiment with every poke and change, the preset, the log, the report. Flown again, it gives the same numbers to the last bit."),
       element("div", { class: "row" }, element("label", { for: "keep-name" }, "Name"), this.name,
-        button("Keep", { class: "main" }, () => { if (this.name.reportValidity()) studio.say("keep", { name: this.name.value }); })),
+        button("Keep", { class: "main" }, () => studio.say("keep", { name: this.name.value.trim() }))),
       this.keptList = element("ul", { class: "kept", "aria-live": "polite" }));
     find("panel-scores").append(
       element("div", { class: "row" }, button("Score now", { class: "main" }, () => studio.say("scores")),
@@ -59,16 +59,8 @@ export class Shell {
         find(tab.getAttribute("aria-controls")).hidden = !on;
       }
     };
-    for (const [i, tab] of tabs.entries()) {
-      tab.addEventListener("click", () => this.choose(tab));
-      tab.addEventListener("keydown", ({ key }) => {
-        const step = { ArrowRight: 1, ArrowLeft: -1 }[key];
-        if (!step) return;
-        const next = tabs[(i + step + tabs.length) % tabs.length];
-        this.choose(next);
-        next.focus();
-      });
-    }
+    for (const tab of tabs) tab.addEventListener("click", () => this.choose(tab));
+    withArrows(tabs, this.choose);
   }
 
   /** Bring a panel to the front. */
@@ -99,13 +91,15 @@ export class Shell {
   }
 
   status() {
-    const { state, looking, pending } = this.studio;
+    const { state, looking, pending, answers } = this.studio;
     const lost = state.verdict?.some((text) => text !== ENDED);
     const missed = this.verdict && this.verdict.here === state.here ? this.verdict.words : "";
     const [kind, text] = !this.online ? ["off", this.ended ?? "No connection; trying again"]
-      : looking !== null ? ["paused", pending.length ? `Looking back; changes that go along: ${pending.length}` : "Looking back"]
-        : state.over ? [lost || missed ? "bad" : "over", verdictOf(state.verdict ?? [], this.studio.figures, missed)]
-          : state.paused ? ["paused", "Paused"] : ["flying", "Flying"];
+      : !answers ? ["over", "Taking off"]
+        : this.busy ? ["over", "Busy"]
+          : looking !== null ? ["paused", pending.length ? `Looking back; changes that go along: ${pending.length}` : "Looking back"]
+            : state.over ? [lost || missed ? "bad" : "over", verdictOf(state.verdict ?? [], this.studio.figures, missed)]
+              : state.paused ? ["paused", "Paused"] : ["flying", "Flying"];
     const status = find("status");
     const title = missed && state.over ? missed : text;
     if (status.textContent !== text || status.dataset.kind !== kind || status.title !== title) {

@@ -29,11 +29,7 @@ export class SurfaceTool {
       field.addEventListener("input", () => { this.held = Infinity; });
       field.addEventListener("blur", () => { if (this.held === Infinity) { this.held = 0; this.#show(); } });
       field.addEventListener("change", () => {
-        if (!field.checkValidity()) {
-          field.reportValidity();
-          studio.note(`${text} = ${field.value || "?"}: ${field.validationMessage}`, "bad");
-          return;
-        }
+        if (!field.checkValidity()) return studio.refuse(text, field);
         if (!field.value) return;
         this.#touch(name, Number(field.value));
       });

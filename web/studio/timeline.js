@@ -1,6 +1,6 @@
 // The time of the flight over the full width: looking back, what happened, contact, and the branches.
 
-import { button, element } from "../shared/elements.js";
+import { button, element, ofThePage } from "../shared/elements.js";
 import { Marks } from "../shared/events.js";
 
 const STEP = 0.1, LONG = 1, PAGE = 5; // s by which a key moves
@@ -44,6 +44,7 @@ export class Timeline {
       this.#step(Math.sign(event.deltaY || event.deltaX) * (event.shiftKey ? LONG : STEP));
     }, { passive: false });
     track.addEventListener("keydown", (event) => {
+      if (!ofThePage(event)) return;
       const far = event.shiftKey ? LONG : STEP;
       const act = {
         ArrowLeft: () => this.#step(-far), ArrowDown: () => this.#step(-far), ArrowRight: () => this.#step(far), ArrowUp: () => this.#step(far),

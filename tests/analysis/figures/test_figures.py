@@ -50,6 +50,15 @@ def test_every_figure_draws_any_number_of_runs(six, picture, tmp_path):
     assert len(style.png(picture.draw(six))) > 1500
 
 
+def test_poses_are_drawn_of_flights_that_lived_to_slide(make_run):
+    slid, lost = make_run("hybrid"), make_run("pid")
+    lost = Run("pid", "pid", lost.log.isel(time=slice(0, 5)))
+    assert not pose_strip.poses_seen({"pid": lost})
+    assert pose_strip.poses_seen({"pid": lost, "hybrid": slid})
+    (picture,) = [one for one in REPORT_FIGURES if one.name == "poses"]
+    assert picture.suits is pose_strip.poses_seen
+
+
 def test_where_the_surface_was_looked_for_is_shaded(make_log):
     changes = [[3.5, "slide", "lost", "no force"], [4.0, "lost", "recontact", "rested"]]
     changes += [[4.25, "recontact", "settle", "touched"], [8.0, "slide", "lost", "no force"]]
@@ -109,6 +118,18 @@ def test_only_figures_that_compare_need_several_runs(make_run, tmp_path):
     }
     write_figures({"a": run, "b": run}, tmp_path / "two")
     assert {path.stem for path in (tmp_path / "two").iterdir()} == FILES
+    lost = make_run(slide=2.0, status="FAILED", cause="hit the floor")
+    write_figures({"a": lost, "b": lost}, tmp_path / "lost")
+    found = {path.stem for path in (tmp_path / "lost").iterdir()}
+    assert found == FILES - {"sliding_errors", "contact_distributions"}
+
+
+def test_a_flight_of_a_second_has_a_scale_of_time(make_run):
+    log = make_run().log.isel(time=slice(0, 260))
+    figure = over_time.cog_tracking({"hybrid": Run("hybrid", "hybrid", log)})
+    figure.draw_without_rendering()
+    within = [tick for tick in figure.axes[1].get_xticks() if 0.0 <= tick <= 1.3]
+    assert len(within) >= 4
 
 
 @pytest.mark.usefixtures("named")

@@ -68,6 +68,9 @@ def test_on_paper_a_still_stands_for_the_replay(page: sync_api.Page) -> None:
     page.evaluate("skylimbReplay.clock.set(1)")
     page.evaluate("dispatchEvent(new Event('beforeprint'))")
     page.emulate_media(media="print")
+    samples = "[...document.querySelectorAll('.replay .u-marker')]"
+    printed = page.evaluate(f"{samples}.map((one) => getComputedStyle(one).printColorAdjust)")
+    assert set(printed) == {"exact"}  # else paper says of no curve whose it is
     still = page.get_by_role("img", name="The flight in three dimensions, 1.00 s after take-off")
     assert still.is_visible()
     drawn = still.evaluate(
@@ -297,3 +300,24 @@ def test_a_notebook_shows_it_in_a_frame(browser: sync_api.Browser, make_run: Cal
     frame.locator("#replay[data-ready]").wait_for(timeout=20_000)
     assert frame.locator(".replay .uplot").count() >= 4
     page.close()
+
+
+def test_the_line_of_the_time_is_whole_in_every_plot(page: sync_api.Page) -> None:
+    red = page.evaluate(
+        "async () => { const drawn = [], stroke = CanvasRenderingContext2D.prototype.stroke;"
+        " CanvasRenderingContext2D.prototype.stroke = function (...path) {"
+        "  if (this.strokeStyle === '#d62728' && !path.length) drawn.push(this.getLineDash().length);"
+        "  return stroke.apply(this, path); };"
+        " for (const plot of skylimbReplay.plots.plots) {"
+        "  plot.series[plot.series.length - 1].dash = [4, 2]; plot.redraw(false, false); }"
+        " await new Promise((done) => setTimeout(done, 200));"  # uPlot draws a moment later
+        " CanvasRenderingContext2D.prototype.stroke = stroke; return drawn; }"
+    )
+    assert len(red) >= 4
+    assert set(red) == {0}
+
+
+def test_a_key_with_alt_is_the_browsers(page: sync_api.Page) -> None:
+    page.evaluate("skylimbReplay.clock.set(1)")
+    page.locator(".picture canvas").press("Control+Home")
+    assert time_shown(page) == 1.0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hostile_files import FILES
-from skylimb.base.errors import ConfigError
+from skylimb.base.errors import ConfigError, OutputError
 from skylimb.control.planning import svg_lines
 from skylimb.control.planning.trajectories import drawing_strokes
 from told_session import Session
@@ -105,3 +105,13 @@ def test_a_file_after_a_drawing_by_hand_is_as_large_as_usual(session):
 def test_an_error_names_the_file_that_was_given(session):
     with pytest.raises(ConfigError, match=r"^SVG file 'empty\.svg' has nothing to draw"):
         session.draw('<svg xmlns="http://www.w3.org/2000/svg"/>', "empty.svg")
+
+
+def test_a_drawing_that_cannot_be_written_is_refused_in_a_line_and_the_flights_go_on(session):
+    session.out.mkdir(parents=True)
+    (session.out / "drawings").write_text("in the way of the folder", encoding="utf-8")
+    flights = session.live.flights
+    with pytest.raises(OutputError, match=r"cannot write '.*drawings'"):
+        session.draw(STROKES)
+    assert session.live.flights == flights
+    assert session.advance(5) == 5

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from skylimb.analysis.scores.signals import contact_axis
-from skylimb.analysis.viewer.signals import smoothed
+from skylimb.analysis.viewer.signals import packed_panels, smoothed
 from skylimb.apps.studio.keeping import so_far
 from skylimb.apps.studio.session import Session
+from unpacking import unpacked
 
 IMPLIED = {
     "cog_position", "cog_position_reference", "reach", "reach_reference", "joint_angles", "vectoring_angles",
@@ -55,3 +58,23 @@ def test_the_pressing_force_is_that_of_the_reports_plot(session: Session) -> Non
             shown = live.frame(1.0, False, ticks)[first + curve["column"]]
             assert shown == pytest.approx(plotted[ticks - 1], abs=1e-6)
     assert plotted[-1] > 0.1
+
+
+def test_around_a_pipe_the_pressing_force_turns_with_the_path(tmp_path: Path) -> None:
+    session = Session("pipe_around", out=tmp_path)
+    session.advance(2600)  # it presses from the other side than in the middle of its path
+    live, log = session.live, so_far(session.live.flights[0]).log
+    normal = smoothed(log, log.contact_force_normal.values)
+    assert normal[-1] > 0.5
+    scene = live.scene()
+    (panel,) = (one for one in scene["flights"][0]["panels"] if one["title"] == "Pressing force")
+    (curve,) = (one for one in panel["curves"] if one["label"] == "true")
+    column = scene["layout"]["flights"][0]["curves"][0] + curve["column"]
+    assert live.frame(1.0, False, 2600)[column] == pytest.approx(normal[-1], abs=0.1)
+    report = packed_panels(log)
+    (panel,) = (one for one in report["panels"] if one["title"] == "Pressing force")
+    numbers = unpacked(report["signals"]).reshape(-1, 1 + sum(len(one["curves"]) for one in report["panels"]))
+    plotted = numbers[:, panel["curves"][0]["column"]]
+    kept = np.interp(numbers[:, 0], log.time.values, normal)
+    sliding = numbers[:, 0] > 12.0
+    np.testing.assert_allclose(plotted[sliding], kept[sliding], atol=0.1)

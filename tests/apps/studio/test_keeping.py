@@ -105,7 +105,7 @@ def test_a_kept_flight_says_that_it_was_stopped(kept):
     assert "stopped from outside at t = " in run.cause
 
 
-@pytest.mark.parametrize("name", ["../out", "/etc/out", ".hidden", "a/b", "a" * 81])
+@pytest.mark.parametrize("name", ["../out", "/etc/out", ".hidden", "a/b", "a" * 81, "a ", "a."])
 def test_a_name_that_leads_out_of_the_folder_is_refused(session, name):
     with pytest.raises(ConfigError, match="letters, digits"):
         session.keep(name)

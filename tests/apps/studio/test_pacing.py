@@ -76,3 +76,14 @@ def test_what_was_flown_ahead_covers_a_busy_moment(pause, late):
 def test_a_speed_beyond_what_can_be_is_refused():
     with pytest.raises(ConfigError, match=r"outside of 0\.1 \.\. 20"):
         Pacing(0.005).speed = 21.0
+
+
+def test_a_flight_that_was_held_up_has_not_gone_faster_since():
+    clock, shown = Clock(), []
+    pacing = Pacing(0.005, clock)
+    for wait in (*[0.005] * 400, 5.0, *[0.005] * 400):
+        clock.now += wait
+        pacing.fly(lambda ticks: ticks)
+        shown.append(pacing.reached)
+    assert max(shown[20:]) < 1.1
+    assert shown[-1] == pytest.approx(1.0, rel=0.02)

@@ -22,6 +22,9 @@ from skylimb.analysis.scores.signals import in_contact, spans
 BRIDGE = 0.25
 """Seconds: shading is not interrupted by a shorter pause."""
 
+_TICKS = 5
+"""Most intervals of the axis of time; of a flight longer than that, in s, they begin at whole seconds."""
+
 Shades = Iterable[tuple[float, float, str]]
 """Stretches of time: begin and end, s, and the colour in which each is shaded."""
 
@@ -94,7 +97,7 @@ def panels_figure(
             ax.tick_params(labelbottom=lowest and ax is column[-1], labelleft=place % columns == 0)
             if place % columns == 0:
                 ax.set_ylabel(panel.label)
-        column[-1].xaxis.set_major_locator(MaxNLocator(5, integer=True))
+        column[-1].xaxis.set_major_locator(MaxNLocator(_TICKS, integer=end > _TICKS))
         if lowest:
             column[-1].set_xlabel("time (s)")
     if every := [*signs, *event_signs(runs)]:

@@ -100,6 +100,11 @@ def poses(runs: Mapping[str, Run]) -> Figure:
     return figure
 
 
+def poses_seen(runs: Mapping[str, Run]) -> bool:
+    """Whether a flight lived to slide, so that there is a pose to draw."""
+    return any(_instants(run.log, 0.0) for run in runs.values())
+
+
 def _progress(log: xr.Dataset) -> np.ndarray:
     """How much of the sliding period was over at each of its samples, s on the mission's clock; 0 for none.
 

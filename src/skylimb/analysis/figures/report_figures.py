@@ -15,7 +15,7 @@ from skylimb.analysis.figures.boxes import WHISKERS, contact_distributions, slid
 from skylimb.analysis.figures.drawing import SMOOTHING as FORCE_SMOOTHING
 from skylimb.analysis.figures.drawing import drawn_line
 from skylimb.analysis.figures.over_time import SMOOTHING, cog_tracking, contact_direction
-from skylimb.analysis.figures.pose_strip import poses
+from skylimb.analysis.figures.pose_strip import poses, poses_seen
 from skylimb.analysis.figures.progress import common_tool, task_progress
 from skylimb.analysis.figures.traces import pen_traces
 from skylimb.analysis.recording import Run
@@ -43,8 +43,8 @@ class ReportFigure:
 
 
 def _several(runs: Mapping[str, Run]) -> bool:
-    """Whether there is something to compare."""
-    return len(runs) > 1
+    """Whether there is something to compare: a lost flight has no box."""
+    return len(runs) > 1 and not all(run.failed for run in runs.values())
 
 
 def _of_a_drawing(runs: Mapping[str, Run]) -> bool:
@@ -126,8 +126,8 @@ REPORT_FIGURES = (
         "Error along the sliding directions",
         _flow(f"""
             Absolute distance of the centre of gravity from the mission's reference over the sliding period,
-            the same reference for every controller. Boxes span the quartiles, the bar and the number above
-            are the median, whiskers reach from {WHISKERS[0]:g} to {WHISKERS[1]:g} %.
+            the same reference for every controller. Boxes span the quartiles, the bar and the number beside
+            it are the median, whiskers reach from {WHISKERS[0]:g} to {WHISKERS[1]:g} %.
         """),
         sliding_errors,
         _several,
@@ -168,6 +168,7 @@ REPORT_FIGURES = (
             adapt, the arm folds where the board comes near and the body moves less.
         """),
         poses,
+        poses_seen,
     ),
 )
 """Every figure, in the order in which a report shows them."""

@@ -112,6 +112,33 @@ def sliding_axes(log: xr.Dataset) -> tuple[Direction, Direction]:
     return direction(first, "u"), direction(second, "v")
 
 
+def post_axis(log: xr.Dataset) -> np.ndarray | None:
+    """A point of the upright axis that the path is bent around, W, m, (3,); None where it is flat."""
+    if "wrap_radius" not in log.attrs:
+        return None
+    middle = np.asarray(json.loads(log.attrs["path_center"]))
+    return middle + float(log.attrs["wrap_radius"]) * contact_axis(log).vector
+
+
+def toward_axis(places: np.ndarray, axis: np.ndarray, upright: np.ndarray) -> np.ndarray:
+    """Unit vectors straight from places (..., 3) to the line through the point `axis` along `upright`."""
+    away = axis - places
+    level = away - (away @ upright)[..., None] * upright
+    return level / np.linalg.norm(level, axis=-1, keepdims=True)
+
+
+def along_contact(log: xr.Dataset, vectors: np.ndarray) -> np.ndarray:
+    """The part of vectors in W, (time, 3), along the contact axis of the moment.
+
+    Around a post it turns with the path, elsewhere it stays.
+    """
+    axis = post_axis(log)
+    if axis is None or "tip_position_reference" not in log:
+        return contact_axis(log).along(vectors)
+    toward = toward_axis(log.tip_position_reference.values, axis, sliding_axes(log)[1].vector)
+    return np.sum(vectors * toward, axis=-1)
+
+
 def direction(axis: Any, otherwise: str) -> Direction:
     """A direction from a letter or a vector; one that is no axis of W is called `otherwise`."""
     entries = np.ravel(axis).tolist()

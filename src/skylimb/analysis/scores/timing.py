@@ -18,8 +18,8 @@ from skylimb.analysis.scores.pen_line import in_plane, reference_line
 from skylimb.analysis.scores.score import TIMING, Score, Tolerance, metric
 from skylimb.analysis.scores.signals import (
     NoNumberError,
-    contact_axis,
     in_phase,
+    post_axis,
     recorded,
     sliding_axes,
     while_sliding,
@@ -59,22 +59,22 @@ def _allowed(run: Run) -> float:
 def pen_behind(run: Run) -> float:
     """Along the sliding axes of the moment, in touch or not; how far the surface is nobody knew before."""
     pen, wanted = (while_sliding(run.log, name) for name in ("tip_position", "tip_position_reference"))
-    if "wrap_radius" in run.log.attrs:
-        off = _around(run.log, pen - wanted, wanted)
-    else:
+    axis = post_axis(run.log)
+    if axis is None:
         off = in_plane(run.log, pen) - in_plane(run.log, wanted)
+    else:
+        off = _around(run.log, axis, pen - wanted, wanted)
     away = np.linalg.norm(off, axis=1)
     away = away[np.isfinite(away)]
     return float(np.quantile(away, PART)) if len(away) else np.nan
 
 
-def _around(log: xr.Dataset, away: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Components of vectors (n, 3) around and along the post that the path is bent around, (n, 2).
+def _around(log: xr.Dataset, axis: np.ndarray, away: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Components of vectors (n, 3) around and along the post with this axis, (n, 2).
 
     Seen along the contact axis of the path's middle, what is behind the post lies on what is before it.
     """
-    ahead, upright = contact_axis(log).vector, sliding_axes(log)[1].vector
-    axis = np.asarray(json.loads(log.attrs["path_center"])) + float(log.attrs["wrap_radius"]) * ahead
+    upright = sliding_axes(log)[1].vector
     around = np.cross(upright, axis - places)
     around /= np.linalg.norm(around, axis=1, keepdims=True)
     return np.stack([np.sum(away * around, axis=1), away @ upright], axis=1)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from skylimb.analysis.scores.signals import contact_axis, samples_within, sliding_axes
+from skylimb.analysis.scores.signals import along_contact, contact_axis, samples_within, sliding_axes
 from skylimb.analysis.scores.task import tools_of
 from skylimb.analysis.viewer.packing import packed
 
@@ -83,10 +83,9 @@ def packed_panels(log: xr.Dataset) -> dict[str, Any]:
 
 
 def _panels(log: xr.Dataset) -> Iterator[tuple[str, str, list[Curve]]]:
-    toward = contact_axis(log)
-    for axis in (*sliding_axes(log), toward):
+    for axis in (*sliding_axes(log), contact_axis(log)):
         yield f"Centre of gravity along {axis}", "m", _curves(log, _POSITION, axis.along)
-    yield "Pressing force", "N", _curves(log, _FORCE, lambda force: -smoothed(log, toward.along(force)))
+    yield "Pressing force", "N", _curves(log, _FORCE, lambda force: -smoothed(log, along_contact(log, force)))
     for tool in tools_of(log):
         truth = log[tool.signal].values
         commanded = np.full(len(truth), tool.commanded(log))

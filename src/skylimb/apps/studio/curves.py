@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skylimb.analysis.scores.signals import Direction
+from skylimb.analysis.scores.signals import Direction, toward_axis
 from skylimb.apps.studio.live_flight import LiveFlight
 from skylimb.base.signal_table import SIGNALS
 from skylimb.base.signals import Signal
@@ -72,10 +72,10 @@ def panels_of(flight: LiveFlight, axes: Sequence[Direction]) -> list[Panel]:
         Curve(f"along {axis}", "truth", lambda m, a=axis.vector: m.apart("tip", a)) for axis in axes[:-1]
     ]
     errors = [Curve(f"along {axis}", "truth", lambda m, a=axis.vector: m.apart("cog", a)) for axis in axes]
-    toward = axes[-1].vector
-    force = [Curve("true", "truth", lambda m: -float(m.force @ toward))]
+    toward = _contact_axis(flight, axes)
+    force = [Curve("true", "truth", lambda m: -float(m.force @ toward(m)))]
     if "external_force_estimate" in slices:
-        force.append(Curve("felt", "estimate", lambda m: -float(m.estimate @ toward)))
+        force.append(Curve("felt", "estimate", lambda m: -float(m.estimate @ toward(m))))
     for name in ("contact_force_target", "contact_force_reference"):
         if name in slices:
             force.append(Curve("wanted", "reference", _entry(name)))
@@ -94,6 +94,15 @@ def panels_of(flight: LiveFlight, axes: Sequence[Direction]) -> list[Panel]:
         Panel("Body to reference", "mm", errors),
         *_angles(flight),
     ]
+
+
+def _contact_axis(flight: LiveFlight, axes: Sequence[Direction]) -> Callable[[Moment], np.ndarray]:
+    """The contact axis of a moment, W: around a post it turns with the path."""
+    experiment, (_, upright, contact) = flight.takeoff.experiment, (axis.vector for axis in axes)
+    if experiment.wrap.radius is None:
+        return lambda m: contact
+    axis = np.asarray(experiment.path_center) + experiment.wrap.radius * contact
+    return lambda m: toward_axis(m.signals["tip_position_reference"], axis, upright)
 
 
 def described_signals(flight: LiveFlight, implied: Mapping[str, np.ndarray]) -> list[dict[str, Any]]:

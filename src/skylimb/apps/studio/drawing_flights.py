@@ -61,7 +61,7 @@ class DrawingFlights(BranchingFlights):
         try:
             self._draw({FILE: str(path.resolve())}, place, "a new drawing")
         except SkylimbError:
-            path.unlink()
+            path.unlink(missing_ok=True)
             raise
         return path
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from skylimb.base.errors import ConfigError
-from skylimb.base.files import first_free, replace_text
+from skylimb.base.files import first_free, replace_text, writing
 from skylimb.base.sources import Source
 from skylimb.control.missions.frame import ContactFrame
 from skylimb.control.planning.drawing import clean
@@ -96,7 +96,8 @@ def keep_drawing(svg: str, out: Path) -> Path:
         OutputError: when it cannot be written.
     """
     folder = out / FOLDER
-    folder.mkdir(parents=True, exist_ok=True)
-    path = first_free(folder, "drawing-{}.svg")
-    replace_text(path, svg)
+    with writing(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        path = first_free(folder, "drawing-{}.svg")
+        replace_text(path, svg)
     return path

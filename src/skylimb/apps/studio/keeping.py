@@ -25,7 +25,7 @@ from skylimb.flight.simulated_run import simulated_run, with_origin
 PRESET_FILE = "preset.toml"
 """The controller with its gains as they were in the end, to be named with --controller."""
 
-_NAME = re.compile(r"[\w][\w .+-]{0,79}")
+_NAME = re.compile(r"\w(?:[\w .+-]{0,78}[\w+-])?")
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,10 @@ def keep(flights: Sequence[LiveFlight], names: Sequence[str], out: Path, name: s
         OutputError: when the folder exists or cannot be written.
     """
     if name and not _NAME.fullmatch(name):
-        raise ConfigError(f"name = {name!r}: letters, digits, spaces and . + - _ are allowed, at most 80")
+        raise ConfigError(
+            f"name = {name!r}: letters, digits, spaces and . + - _ are allowed, at most 80, with a "
+            "letter or digit in front and no space or . at the end"
+        )
     folder = out / name if name else first_free(out, "kept-{}")
     runs = {
         called: replace(so_far(flight), name=called) for called, flight in zip(names, flights, strict=True)

@@ -20,7 +20,6 @@ Metres = Annotated[float, Meta(ge=-100.0, le=100.0)]
 Newtons = Annotated[float, Meta(ge=-50.0, le=50.0)]
 Tilt = Annotated[float, Meta(ge=-1.4, le=1.4)]
 KeyName = Annotated[str, Meta(min_length=1, max_length=120, pattern=r"^[A-Za-z0-9_.\-]+$")]
-PlainName = Annotated[str, Meta(max_length=60, pattern=r"^([A-Za-z0-9][A-Za-z0-9 _\-]*)?$")]
 ControllerName = Annotated[str, Meta(min_length=1, max_length=200)]
 FlightNumber = Annotated[int, Meta(ge=0, lt=MOST_FLIGHTS)]
 Number = Annotated[float, Meta(ge=-1e12, le=1e12)]
@@ -149,7 +148,7 @@ class Controllers(Command, tag="controllers", frozen=True):
 class Keep(Command, tag="keep", frozen=True):
     """Write what was flown so far."""
 
-    name: PlainName = ""
+    name: Words = ""
 
 
 class Draw(Command, tag="draw", frozen=True):

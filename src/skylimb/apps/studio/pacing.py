@@ -53,13 +53,11 @@ class Pacing:
 
     @property
     def reached(self) -> float:
-        """The speed of the last second, over real time; 0 while nothing is flown."""
+        """The speed of the last second, or since it began, over real time; 0 while nothing is flown."""
         now = self._now()
         while self._recent and now - self._recent[0] > _WINDOW:
             self._recent.popleft()
-        if not self._recent:
-            return 0.0
-        return len(self._recent) * self._period / max(now - self._recent[0], self._period / FASTEST)
+        return len(self._recent) * self._period / min(_WINDOW, now - self._begun + LEAD)
 
     @property
     def wait(self) -> float:
@@ -68,7 +66,8 @@ class Pacing:
 
     def restart(self) -> None:
         """Begin a new schedule here, as after a pause."""
-        self._origin, self._done = self._now(), 0
+        self._begun = self._origin = self._now()
+        self._done = 0
         self._recent: deque[float] = deque()
 
     def fly(self, advance: Callable[[int], int]) -> int:

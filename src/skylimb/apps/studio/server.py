@@ -38,6 +38,9 @@ MOST_PAGES = 16
 FAREWELL = 1.0
 """Seconds that pages are given to hear the last words."""
 
+HEARTBEAT = 1.0
+"""Seconds between two words that a page is told also while the flight's thread is busy with a command."""
+
 Obey = Callable[[Any], bool]
 """Takes a checked command; false where too many wait."""
 
@@ -65,6 +68,7 @@ class StudioServer:
         self._known: dict[str, dict[str, Any]] = {}
         self._scene = self._number = 0
         self._frame = b""
+        self._flight_heard = time.monotonic()
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._loop.run_forever, name="studio server", daemon=True)
 
@@ -95,12 +99,13 @@ class StudioServer:
         logger = logging.getLogger("skylimb.apps.studio")
         logger.addHandler(logging.NullHandler())
         logger.propagate = False  # a scanner's broken handshake is no news for the terminal
+        self._heartbeat = asyncio.create_task(self._beat())
         return await serve(
             self._talk,
             self.access.host,
             self.access.port,
             process_request=self._answer,
-            max_size=messages.LONGEST + 100_000,
+            max_size=2 * messages.LONGEST,  # a quote or the end of a line takes two bytes in a message
             max_queue=64,
             compression=None,
             ping_interval=5.0,
@@ -111,12 +116,22 @@ class StudioServer:
         )
 
     async def _close(self) -> None:
+        self._heartbeat.cancel()
         until = time.monotonic() + FAREWELL
         while any(page.texts for page in self._seats.pages) and time.monotonic() < until:
             await asyncio.sleep(0.01)
         self._server.close()
         await self._server.wait_closed()
         self._loop.stop()
+
+    async def _beat(self) -> None:
+        """Tell pages that the line holds, and whether the flight's thread is busy: it is silent then."""
+        while True:
+            await asyncio.sleep(HEARTBEAT)
+            busy = time.monotonic() - self._flight_heard > HEARTBEAT
+            for page in self._seats.pages:
+                if not page.texts:  # a page that does not read gets no more of them
+                    self._tell(page, "alive", {"busy": busy})
 
     def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
         """The page's files, and who is let in; None lets the WebSocket begin."""
@@ -204,6 +219,7 @@ class StudioServer:
 
     def _take(self, event: str, content: Any) -> None:
         """One event from the flight."""
+        self._flight_heard = time.monotonic()
         if event == "frame":
             self._number += 1
             frame = np.ascontiguousarray(content, dtype="<f4")

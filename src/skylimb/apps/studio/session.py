@@ -222,11 +222,11 @@ class Session(DrawingFlights):
         for kept in [kept for kept in self._reports if kept.drawn]:
             self._reports.remove(kept)
             if mistake := kept.mistake():
-                self._tell("error", text=f"the report of {kept.folder} could not be drawn: {mistake}")
+                self._tell("trouble", text=f"the report of {kept.folder} could not be drawn: {mistake}")
             else:
                 self._tell("report", folder=str(kept.folder))
         if self._recorder is not None and self._recorder.faults:
-            self._tell("error", text="; ".join(self._recorder.faults))
+            self._tell("trouble", text="; ".join(self._recorder.faults))
             self._recorder = None
         edited = [path.name for path in self._watcher.changed()]
         if edited:

@@ -130,7 +130,10 @@ def test_a_drag_on_a_link_pokes(page: sync_api.Page, studio: Any) -> None:
     wait_for(
         lambda: any(push.force[2] > 0.3 for push in of_kind(studio.session.live.flights[0].experiment, Push))
     )
+    page.keyboard.press("Shift")  # let go of while the button is held
+    assert page.evaluate("Boolean(skylimbStudio.poke.held)")
     page.mouse.up()
+    until(page, "!skylimbStudio.poke.held")
     page.get_by_role("radio", name="Look").click()
 
 

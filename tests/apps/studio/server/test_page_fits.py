@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterator
 from typing import Any
 
@@ -10,6 +11,7 @@ from playwright import sync_api
 
 from chromium import needs_chromium, overlapping, silent_page, until, wait_for
 from flown_state import flown_gain
+from skylimb.apps.studio.messages import Restart, Scores
 from studio_page import drive
 
 GAIN = "translation.normalized_stiffness"
@@ -78,6 +80,111 @@ def test_a_value_out_of_range_stays_with_its_reason_until_it_is_left(
         page.keyboard.press("Tab")
         wait_for(lambda field=field, before=before: field.input_value() == before)
     assert flown_gain(studio.session, GAIN)[0] > 0.0
+
+
+def test_a_comma_in_a_number_is_refused_and_no_other_number_is_made_of_it(page: sync_api.Page) -> None:
+    page.get_by_role("tab", name="Surface").click()
+    field = page.locator("#surface-friction")
+    for typed, left in (("0,3", "03"), ("0.5", "0.5")):
+        field.fill("")
+        field.press_sequentially(typed)
+        assert field.input_value() == left
+    page.locator("#notes").get_by_text("A number has a point, not a comma: 2.5").wait_for()
+    page.keyboard.press("Escape")
+    field.evaluate("(one) => { one.value = ''; one.blur(); }")
+
+
+def test_a_wrong_force_is_said_also_where_its_field_is_not_seen(page: sync_api.Page) -> None:
+    page.get_by_role("tab", name="Poke").click()
+    page.locator("#poke-force").fill("")
+    page.get_by_role("radio", name="Poke").click()
+    page.get_by_role("tab", name="Gains").click()
+    page.locator("#picture canvas").press("ArrowUp")
+    page.locator("#notes").get_by_text("Force = ?: ").wait_for()
+    assert not page.evaluate("skylimbStudio.poke.held")
+    page.locator("#poke-force").evaluate("(one) => { one.value = 2; }")
+    page.get_by_role("radio", name="Look").click()
+
+
+def test_a_key_with_ctrl_or_alt_is_the_browsers(page: sync_api.Page, studio: Any) -> None:
+    flight, canvas = studio.session.live.flights[0], page.locator("#picture canvas")
+    taken = """() => { window.taken = []; addEventListener('keydown', (event) =>
+        setTimeout(() => taken.push([event.key, event.defaultPrevented]))); }"""
+    page.evaluate(taken)
+    for key in ("Control+3", "Alt+ArrowLeft", "Control+r"):
+        canvas.press(key)
+    page.locator("#track").press("Alt+ArrowLeft")
+    until(page, "taken.filter(([key]) => !['Control', 'Alt'].includes(key)).length === 4")
+    assert not [key for key, prevented in page.evaluate("taken") if prevented]
+    assert page.evaluate("[skylimbStudio.mode, skylimbStudio.looking]") == ["look", None]
+    assert studio.session.live.flights[0] is flight
+    canvas.press("Shift+R")  # as with Caps Lock
+    wait_for(lambda: studio.session.live.flights[0] is not flight)
+
+
+def test_arrows_go_through_what_a_drag_does(page: sync_api.Page) -> None:
+    page.get_by_role("radio", name="Look").focus()
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("ArrowRight")
+    assert page.evaluate("[skylimbStudio.mode, document.activeElement.dataset.mode]") == ["surface"] * 2
+    modes = page.get_by_role("radiogroup", name="What dragging does").get_by_role("radio")
+    assert [one.get_attribute("tabindex") for one in modes.all()] == ["-1", "-1", "0", "-1"]
+    page.keyboard.press("ArrowLeft")
+    page.keyboard.press("ArrowLeft")
+    assert page.evaluate("skylimbStudio.mode") == "look"
+
+
+def test_a_field_is_not_given_back_what_another_had(page: sync_api.Page) -> None:
+    fields = page.evaluate("[...document.querySelectorAll('input, select')].map((one) => one.autocomplete)")
+    assert set(fields) == {"off"}
+
+
+def test_a_tab_that_is_duplicated_watches(page: sync_api.Page) -> None:
+    with page.expect_popup() as opened:
+        page.evaluate("void open(location.href)")  # it gets a copy of what the page has stored
+    other = opened.value
+    other.wait_for_selector("body[data-ready]")
+    until(other, "skylimbStudio.line.open")
+    assert other.evaluate("skylimbStudio.line.name") != page.evaluate("skylimbStudio.line.name")
+    until(page, "skylimbStudio.shell.seats.others === 1")
+    assert page.evaluate("skylimbStudio.shell.seats.drives")
+    assert not other.evaluate("skylimbStudio.shell.seats.drives")
+    other.close()
+
+
+def test_a_push_that_a_page_may_hold_no_more_is_not_shown(page: sync_api.Page, studio: Any) -> None:
+    page.get_by_role("tab", name="Poke").click()
+    button = page.get_by_role("button", name="Hold to poke")
+    for end in (lambda: studio.flight.command(Restart()), lambda: page.locator("#track").press("Home")):
+        button.hover()
+        page.mouse.down()
+        until(page, "skylimbStudio.state.undo?.startsWith('push')")
+        assert "2.0 N" in page.locator("#force").inner_text()
+        end()
+        until(page, "!skylimbStudio.poke.held && document.querySelector('#force').hidden")
+        wait_for(lambda: studio.session.pushed is None)
+        page.mouse.up()
+    page.locator("#track").press("Escape")
+    page.get_by_role("tab", name="Gains").click()
+
+
+def test_a_busy_flight_is_called_so_and_the_line_stays(page: sync_api.Page, studio: Any) -> None:
+    done = threading.Event()
+    acts = studio.flight._acts
+    kept, acts[Scores] = acts[Scores], lambda _: done.wait(60.0)
+    try:
+        page.evaluate("skylimbStudio.lost = 0; skylimbStudio.line.on('line', () => skylimbStudio.lost++)")
+        page.get_by_role("tab", name="Scores").click()
+        page.get_by_role("button", name="Score now").click()
+        until(page, "document.querySelector('#status').textContent === 'Busy'")
+        until(
+            page, "new Promise((done) => setTimeout(() => done(true), 4000))"
+        )  # more than a lost line's 3 s
+        assert page.evaluate("[skylimbStudio.line.open, skylimbStudio.lost]") == [True, 0]
+    finally:
+        done.set()
+        acts[Scores] = kept
+    until(page, "document.querySelector('#status').textContent !== 'Busy'")
 
 
 def test_a_paused_flight_goes_on_by_a_tick(page: sync_api.Page, studio: Any) -> None:
