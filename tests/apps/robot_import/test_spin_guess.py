@@ -127,7 +127,7 @@ def test_what_an_import_writes_is_what_an_import_with_it_reads(tmp_path: Path, r
         sign if rate.startswith("-") else -sign for sign in (1, -1, 1, -1)
     ]
     assert first.flight is not None
-    (tmp_path / "mapping.toml").write_text(mapping_text(first.flight))
+    (tmp_path / "mapping.toml").write_text(mapping_text(first.flight, first.roles))
     again = check_robot_file(path, mapping=tmp_path / "mapping.toml")
     assert again.flight == first.flight
 

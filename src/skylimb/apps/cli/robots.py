@@ -115,7 +115,6 @@ def new_robot(
         skylimb robot new my_robot.urdf --out robots/mine --tip 'tool0 0 0 0.1' --yes
     """
     import sys
-    import tempfile
 
     import skylimb
     from skylimb.apps.robot_import.interview import interview
@@ -134,22 +133,22 @@ def new_robot(
             return ""
         if not sys.stdin.isatty():
             raise ConfigError(f"nobody is there to answer '{words}'; --yes takes the proposal, {proposed}")
-        return input(f"{words} [{proposed}] ").strip()
+        try:
+            return input(f"{words} [{proposed}] ").strip()
+        except EOFError:
+            raise ConfigError(f"no answer to '{words}'; Enter takes the proposal, {proposed}") from None
 
-    said, drawn = "", False
+    said, drawn = None, False
     answers = {"mass": mass, "arm": arm, "tip": tip, "spin": spin, "thrust": thrust}
     try:
-        for report, text in interview(file, answers, ask, packages, _arguments(args)):
-            said = text
+        for report, answered in interview(file, answers, ask, packages, _arguments(args)):
+            said = answered
             if not drawn:
                 with new_file(picture) as path:
                     draw_robot(report, path)
                 print(f"What is recognised is drawn in {picture}. Enter takes the proposal in brackets.")
                 drawn = True
-        with tempfile.TemporaryDirectory() as folder:
-            mapping = Path(folder) / "mapping.toml"
-            mapping.write_text(said, encoding="utf-8")
-            report = skylimb.import_robot(file, out, packages, mapping, args=_arguments(args))
+        report = skylimb.import_robot(file, out, packages, said, args=_arguments(args))
     except BaseException:  # Ctrl-C as well
         if drawn:  # it would be in the way of the next try
             picture.unlink(missing_ok=True)

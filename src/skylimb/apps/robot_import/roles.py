@@ -44,6 +44,16 @@ class Roles:
     locked: tuple[Element, ...]
     doubts: tuple[Doubt, ...]
 
+    def by_name(self) -> dict[str, Role]:
+        """The role of each joint by its name."""
+        roles: tuple[tuple[Role, tuple[Element | None, ...]], ...] = (
+            ("shape", self.shape),
+            ("vectoring", self.vectoring),
+            ("rotor", self.spinning),
+            ("locked", self.locked),
+        )
+        return {joint.get("name", ""): role for role, joints in roles for joint in filter(None, joints)}
+
 
 def recognise(tree: UrdfTree, mapping: Mapping) -> Roles:
     """Roles by the mapping, else by simulators' tags, by the laboratory's names, by the tree's structure.
