@@ -175,3 +175,14 @@ def test_a_preset_knows_robots_of_a_kind_that_it_does_not_name() -> None:
     other = type(robot)(replace(robot.description, name="a stranger"))
     own, its = (skylimb.load_controller("following", one) for one in (robot, other))
     assert resolved_tables(own)["attitude"] == resolved_tables(its)["attitude"]
+
+
+def test_an_arm_whose_limits_leave_out_zero_stands_within_them(tmp_path: Path) -> None:
+    """The search begins where the joints can be: such a robot was refused for its own proposal."""
+    path = multirotor_with_arm(tmp_path / "made.urdf")
+    elbow = path.read_text().replace('lower="-1.57"', 'lower="0.5"').rpartition('lower="0.5"')
+    path.write_text(path.read_text().rpartition('lower="-1.57"')[0] + 'lower="0.5"' + elbow[2])
+    report = check_robot_file(path)
+    assert report.can_touch, report.reasons
+    assert report.description.joint("elbow_pitch").lower == 0.5
+    assert report.description.posture.nominal[1] > 0.5

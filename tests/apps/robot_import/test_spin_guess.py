@@ -115,7 +115,7 @@ def test_names_that_say_it_come_first(tmp_path: Path) -> None:
 def test_rotors_that_no_frame_has_turn_by_turns(tmp_path: Path) -> None:
     path = frame(tmp_path / "made.urdf", flat(0, 72, 144, 216, 288))
     assert spins(path) == [CCW, CW, CCW, CW, CCW]
-    assert "are taken to turn by turns" in doubts(path)
+    assert "are taken to turn one way and the other in turn" in doubts(path)
 
 
 @pytest.mark.parametrize("rate", ["-0.0172", "0.0172"])

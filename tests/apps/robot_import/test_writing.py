@@ -9,6 +9,7 @@ import trimesh
 import skylimb
 from lab_style import FIXED, lab_urdf
 from made_robots import link
+from skylimb.apps.cli.main import main
 from skylimb.apps.robot_import.checking import check_robot_file
 from skylimb.apps.robot_import.mapping import read_mapping
 from skylimb.apps.robot_import.writing import import_robot
@@ -193,3 +194,16 @@ def test_a_flight_controller_is_taken_for_the_imu_and_told(tmp_path):
     said = check_robot_file(tmp_path / "quad.urdf", mapping=mapping)
     assert said.description.imu.link == "battery"
     assert not [one for one in said.doubts if one.what == "the IMU"]
+
+
+def test_a_robot_that_cannot_hover_is_written_and_its_report_is_shown(tmp_path, capsys):
+    """Exit codes are those of a check; no flight is proposed that would be refused."""
+    text = lab_urdf(gimbal="fixed").replace('upper="12"', 'upper="2"')
+    assert 'upper="2"' in text
+    (tmp_path / "weak.urdf").write_text(text)
+    assert main(["robot", "import", str(tmp_path / "weak.urdf"), "--out", str(tmp_path / "robot")]) == 1
+    said = capsys.readouterr()
+    assert "FAULT     the description" in said.out
+    assert "skylimb run" not in said.out
+    assert said.err == ""
+    assert (tmp_path / "robot" / "robot.png").read_bytes().startswith(b"\x89PNG")

@@ -84,7 +84,9 @@ def import_robot(
         raise ConfigError("--out is missing; it names the robot's new folder")
     report = skylimb.import_robot(file, out, packages, mapping, args=_arguments(args), mend=mend)
     print(report_text(report))
-    controller, hovers = _first_flight(out) if report.can_hover else ("", False)
+    if not report.can_hover:
+        return _not_flown(out)
+    controller, hovers = _first_flight(out)
     flown = f"skylimb run free_flight{controller} --set robot={out} 'posture.waypoints=[]'"
     print(f"\nWritten to {Path(out)}: {flown}")
     return 0 if hovers else 1
@@ -154,8 +156,10 @@ def new_robot(
             picture.unlink(missing_ok=True)
         raise
     print(report_text(report))
+    if not report.can_hover:
+        return _not_flown(out)
     print(f"\nWritten to {Path(out)}; a first touch: {_first_touch(out)}")
-    return 0 if report.can_hover else 1
+    return 0
 
 
 def _first_flight(out: str) -> tuple[str, bool]:
@@ -169,6 +173,12 @@ def _first_flight(out: str) -> tuple[str, bool]:
     if name:
         print(f"  flown     a hover of 5 s with {name}")
     return f" --controller {name}" if name and name != FIRST[0] else "", bool(name)
+
+
+def _not_flown(out: str) -> int:
+    """Say what becomes of a robot that cannot hover; its exit code."""
+    print(f"\nWritten to {Path(out)}, to look at; correct what is a FAULT, and make it again")
+    return 1
 
 
 def _first_touch(out: str) -> str:

@@ -16,6 +16,7 @@ from skylimb.apps.robot_import.findings import (
     flight_doubts,
     hover_doubts,
     inertia_doubts,
+    rotor_doubts,
 )
 from skylimb.apps.robot_import.mapping import Mapping as MappingFile
 from skylimb.apps.robot_import.mapping import Role, read_mapping
@@ -210,13 +211,14 @@ def _report(path: Path, description: RobotDescription, mass_in: float, doubts: l
         found += faults(lambda: check_moving_bodies(robot), "a moving body")
         robot = bounded(robot)
         acting = actuation(robot)
-        found += flight_doubts(robot, acting)
-        try:
-            collisions = find_self_collisions(description)
-        except SkylimbError as error:
-            found.append(Doubt("the simulation", str(error), "look at meshes and inertias", fatal=True))
-        else:
-            found += collision_doubts(collisions, mass)
+        if not any(doubt.fatal for doubt in found):  # else all that follows says the same in other words
+            found += [*rotor_doubts(robot), *flight_doubts(robot, acting)]
+            try:
+                collisions = find_self_collisions(description)
+            except SkylimbError as error:
+                found.append(Doubt("the simulation", str(error), "look at meshes and inertias", fatal=True))
+            else:
+                found += collision_doubts(collisions, mass)
         if not any(doubt.fatal for doubt in found):
             found += hover_doubts(robot)
     return RobotReport(path, description, mass_in, acting, collisions, together(found))

@@ -50,4 +50,4 @@ def _as_one(same: list[Doubt]) -> Doubt:
         return same[0]
     others = [doubt.what.rpartition(" ")[2] for doubt in same[1:]]
     more = ", ".join(others) if len(others) <= _MOST_NAMED else f"{len(others)} more"
-    return replace(same[0], what=f"{same[0].what} and {more}")
+    return replace(same[0], what=f"{same[0].what} and {more}, each")

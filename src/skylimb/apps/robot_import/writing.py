@@ -18,7 +18,7 @@ from skylimb.base.files import new_folder, require_new
 from skylimb.base.sources import read_source
 from skylimb.robots.flight_file import FlightFile
 from skylimb.robots.links_file import links_text
-from skylimb.robots.loader import FLIGHT_FILE, read_description
+from skylimb.robots.loader import FLIGHT_FILE, describe
 from skylimb.robots.urdf import read_urdf
 
 CHECK, PICTURE, MAPPING = "check.txt", "robot.png", "mapping.toml"
@@ -62,10 +62,12 @@ def import_robot(
             (folder / name).parent.mkdir(exist_ok=True)
             (folder / name).write_bytes(content)
         urdf = read_source(folder / URDF_NAME)
-        links = links_text(urdf, None, read_urdf(urdf), urdf.path.parent)
+        tree = read_urdf(urdf)
+        links = links_text(urdf, None, tree, urdf.path.parent)
         (folder / URDF_NAME).with_suffix(".links.json").write_text(links, encoding="utf-8")
-        # Meshes that were turned into another kind are drawn as well.
-        draw_robot(replace(report, description=read_description(folder)), folder / PICTURE)
+        # Meshes that were turned into another kind are drawn as well, and a robot that cannot be is, too.
+        drawn = describe(report.flight, read_source(folder / FLIGHT_FILE), urdf, tree)
+        draw_robot(replace(report, description=drawn), folder / PICTURE)
     return report
 
 
