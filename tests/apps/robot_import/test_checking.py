@@ -251,9 +251,7 @@ def armed(tmp_path, *changes, **made):
 
 
 def test_lengths_in_millimetres_are_named_by_their_joint(tmp_path):
-    with pytest.raises(
-        SkylimbError, match=r"joint 'tool0_fixed' puts link 'tool0' 250 m from .* 0.25 m$"
-    ):
+    with pytest.raises(SkylimbError, match=r"joint 'tool0_fixed' puts link 'tool0' 250 m from .* 0.25 m$"):
         armed(tmp_path, ('<origin xyz="0.25 0.0', '<origin xyz="250 0.0'))
 
 

@@ -207,3 +207,26 @@ def test_a_robot_that_cannot_hover_is_written_and_its_report_is_shown(tmp_path, 
     assert "skylimb run" not in said.out
     assert said.err == ""
     assert (tmp_path / "robot" / "robot.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("kind", ["spoilt.stl", "empty.stl", "fine.stl"])
+def test_a_mesh_that_cannot_be_drawn_keeps_no_robot_from_hovering(kind, lab_file, tmp_path):
+    """The check and the imported robot leave out the same."""
+    (tmp_path / "spoilt.stl").write_bytes(bytes(50))
+    (tmp_path / "empty.stl").write_bytes(b"")
+    if kind == "fine.stl":
+        trimesh.creation.icosphere(subdivisions=7, radius=0.02).export(tmp_path / kind)  # 16 MB
+    report = check_robot_file(lab_file(('<link name="battery">', VISUAL.format(kind))))
+    assert report.can_hover, report.reasons
+    assert any("cannot be drawn" in doubt.value and kind in doubt.what for doubt in report.doubts)
+    assert report.description.link("battery").visuals == ()
+
+
+def test_a_mesh_in_millimetres_is_asked_about(lab_file, tmp_path):
+    trimesh.creation.box((100.0, 80.0, 20.0)).export(tmp_path / "cell.stl")
+    drawn = VISUAL.format("cell.stl")
+    report = check_robot_file(lab_file(('<link name="battery">', drawn)))
+    assert any("'battery' is 100 m large" in str(doubt) for doubt in report.doubts)
+    scaled = drawn.replace("cell.stl", 'cell.stl" scale="0.001 0.001 0.001')
+    report = check_robot_file(lab_file(('<link name="battery">', scaled)))
+    assert not any("large" in str(doubt) for doubt in report.doubts)

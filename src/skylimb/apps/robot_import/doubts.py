@@ -26,7 +26,8 @@ class Doubt:
     fatal: bool = False
 
     def __str__(self) -> str:
-        return f"{self.what}: {self.value}. Remedy: {self.remedy}."
+        end = "" if self.value.endswith("?") else "."
+        return f"{self.what}: {self.value}{end} Remedy: {self.remedy}."
 
 
 def without_name(error: Exception) -> str:

@@ -80,8 +80,8 @@ def recognise(tree: UrdfTree, mapping: Mapping) -> Roles:
     for name, joint in moving.items():
         if any(joint is other for other in spinning):
             continue
-        role = mapping.role_of(name)
-        if role != "locked" and joint.get("type") not in _TURNS:
+        role, mimics = mapping.role_of(name), joint.find("mimic") is not None
+        if joint.get("type") not in _TURNS and role != "locked" and (role is not None or not mimics):
             doubts.append(
                 Doubt(
                     f"joint '{name}'",
