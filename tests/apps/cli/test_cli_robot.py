@@ -54,6 +54,11 @@ def test_import_tells_how_to_fly(quad, tmp_path, capsys):
             ["doubt     a hover of 5 s with hybrid does not last: it fell", "--controller following"],
         ),
         (
+            ["hybrid"],  # the first touch is by the other one
+            0,
+            ["flown     a hover of 5 s with hybrid", "doubt     a hover of 5 s with following does not last"],
+        ),
+        (
             [],
             1,
             ["FAULT     a hover of 5 s with hybrid does not last", "FAULT     a hover of 5 s with following"],

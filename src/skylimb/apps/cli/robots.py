@@ -158,8 +158,9 @@ def new_robot(
     print(report_text(report))
     if not report.can_hover:
         return _not_flown(out)
+    hovers = _first_flight(out)[1]
     print(f"\nWritten to {Path(out)}; a first touch: {_first_touch(out)}")
-    return 0
+    return 0 if hovers else 1
 
 
 def _first_flight(out: str) -> tuple[str, bool]:
