@@ -41,8 +41,8 @@ def check_description(description: RobotDescription) -> None:
     _check_posture(description)
 
 
-_GRAMS = 20.0
-"""Weight over greatest lift from which on a mass may have been written in grams."""
+_GRAMS = 2.0
+"""Weight of one link over the greatest lift from which on its mass may have been written in grams."""
 
 
 def check_inertial(name: str, inertial: Inertial) -> None:
@@ -167,7 +167,7 @@ def _check_weight(description: RobotDescription) -> None:
             f"'{description.name}' weighs {weight} but its rotors lift at most {lift:g} N"
             f"{limited_by_torque(description)}; "
             f"the heaviest link is '{heaviest.name}' with {heaviest.inertial.mass:g} kg"
-            f"{'; is that in grams?' if total * description.gravity > _GRAMS * lift else ''}"
+            f"{'; is that in grams?' if heaviest.inertial.mass * description.gravity > _GRAMS * lift else ''}"
         )
 
 

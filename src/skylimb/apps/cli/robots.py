@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import Annotated
 
@@ -87,7 +88,7 @@ def import_robot(
     if not report.can_hover:
         return _not_flown(out)
     controller, hovers = _first_flight(out)
-    flown = f"skylimb run free_flight{controller} --set robot={out} 'posture.waypoints=[]'"
+    flown = f"skylimb run free_flight{controller} --set {_named(out)} 'posture.waypoints=[]'"
     print(f"\nWritten to {Path(out)}: {flown}")
     return 0 if hovers else 1
 
@@ -182,8 +183,13 @@ def _not_flown(out: str) -> int:
     return 1
 
 
+def _named(out: str) -> str:
+    """The robot's key as a shell reads it, also with a space in its folder's name."""
+    return shlex.quote(f"robot={out}")
+
+
 def _first_touch(out: str) -> str:
-    return f"skylimb run board_tilted_hexarotor --controller following --set robot={out}"
+    return f"skylimb run board_tilted_hexarotor --controller following --set {_named(out)}"
 
 
 def _arguments(words: tuple[str, ...]) -> dict[str, str]:
