@@ -41,6 +41,10 @@ def check_description(description: RobotDescription) -> None:
     _check_posture(description)
 
 
+_GRAMS = 2.0
+"""Weight of one link over the greatest lift from which on its mass may have been written in grams."""
+
+
 def check_inertial(name: str, inertial: Inertial) -> None:
     """Check mass and inertia of one body.
 
@@ -162,7 +166,8 @@ def _check_weight(description: RobotDescription) -> None:
         raise DescriptionError(
             f"'{description.name}' weighs {weight} but its rotors lift at most {lift:g} N"
             f"{limited_by_torque(description)}; "
-            f"is a mass in grams? The heaviest link is '{heaviest.name}' with {heaviest.inertial.mass:g} kg"
+            f"the heaviest link is '{heaviest.name}' with {heaviest.inertial.mass:g} kg"
+            f"{'; is that in grams?' if heaviest.inertial.mass * description.gravity > _GRAMS * lift else ''}"
         )
 
 

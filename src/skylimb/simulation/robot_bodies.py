@@ -19,6 +19,10 @@ _GEOM = {
 }
 
 
+_ROUNDING = 1e-10
+"""Of principal moments, over the largest."""
+
+
 def add_robot(spec: mujoco.MjSpec, description: RobotDescription) -> None:
     """Add the robot as one free body tree, with its tip; nothing but the tip can touch anything.
 
@@ -84,10 +88,24 @@ def _add_inertial(body: mujoco.MjsBody, inertial: Inertial) -> None:
     if inertial.mass == 0.0:  # a camera's or sensor's frame; the engine refuses an inertia of zeros
         return
     body.ipos = inertial.com
-    inertia = inertial.inertia
+    inertia = _for_engine(inertial.inertia)
     body.fullinertia = [
         inertia[0, 0], inertia[1, 1], inertia[2, 2], inertia[0, 1], inertia[0, 2], inertia[1, 2],
     ]  # fmt: skip
+
+
+def _for_engine(inertia: np.ndarray) -> np.ndarray:
+    """An inertia (3, 3), kg m^2, whose principal moments A + B >= C hold in the engine's own arithmetic.
+
+    A thin disc has A + B = C. Turned, a third of them fall short by rounding, and the engine refuses them.
+    Such a one, and what `check_inertial` lets pass, gets all moments larger by what is lacking.
+    """
+    moments = np.linalg.eigvalsh(inertia)
+    lacking, rounding = moments[2] - moments[0] - moments[1], _ROUNDING * moments[2]
+    turned = bool(np.any(inertia != np.diag(np.diag(inertia))))
+    if lacking <= (-rounding if turned else 0.0):
+        return inertia
+    return inertia + (lacking + 2.0 * rounding) * np.eye(3)
 
 
 def _add_visuals(spec: mujoco.MjSpec, body: mujoco.MjsBody, link: Link) -> None:

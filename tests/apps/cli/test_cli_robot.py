@@ -1,5 +1,7 @@
 """`skylimb robot check` and `robot import` as they are typed."""
 
+import shlex
+
 import pytest
 
 from lab_style import lab_urdf
@@ -54,6 +56,11 @@ def test_import_tells_how_to_fly(quad, tmp_path, capsys):
             ["doubt     a hover of 5 s with hybrid does not last: it fell", "--controller following"],
         ),
         (
+            ["hybrid"],  # the first touch is by the other one
+            0,
+            ["flown     a hover of 5 s with hybrid", "doubt     a hover of 5 s with following does not last"],
+        ),
+        (
             [],
             1,
             ["FAULT     a hover of 5 s with hybrid does not last", "FAULT     a hover of 5 s with following"],
@@ -69,6 +76,15 @@ def test_import_says_who_hovers(quad, tmp_path, capsys, monkeypatch, hovers, cod
     assert main(["robot", "import", str(quad), "--out", str(tmp_path / "mine")]) == code
     found = capsys.readouterr().out
     assert all(part in found for part in told)
+
+
+@pytest.mark.usefixtures("no_picture")
+def test_a_command_can_be_pasted_whatever_the_folder_is_called(quad, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("skylimb.apps.robot_import.hover_flight.hover_lost", lambda robot, controller: "")
+    out = tmp_path / "my robot"
+    assert main(["robot", "import", str(quad), "--out", str(out)]) == 0
+    command = capsys.readouterr().out.partition("Written to ")[2].partition(": ")[2]
+    assert f"robot={out}" in shlex.split(command)
 
 
 def test_a_name_that_is_nothing(capsys):

@@ -175,3 +175,26 @@ def test_a_preset_knows_robots_of_a_kind_that_it_does_not_name() -> None:
     other = type(robot)(replace(robot.description, name="a stranger"))
     own, its = (skylimb.load_controller("following", one) for one in (robot, other))
     assert resolved_tables(own)["attitude"] == resolved_tables(its)["attitude"]
+
+
+def test_an_arm_whose_limits_leave_out_zero_stands_within_them(tmp_path: Path) -> None:
+    """The search begins where the joints can be: such a robot was refused for its own proposal."""
+    path = multirotor_with_arm(tmp_path / "made.urdf")
+    elbow = path.read_text().replace('lower="-1.57"', 'lower="0.5"').rpartition('lower="0.5"')
+    path.write_text(path.read_text().rpartition('lower="-1.57"')[0] + 'lower="0.5"' + elbow[2])
+    report = check_robot_file(path)
+    assert report.can_touch, report.reasons
+    assert report.description.joint("elbow_pitch").lower == 0.5
+    assert report.description.posture.nominal[1] > 0.5
+
+
+def test_a_pen_that_is_drawn_ends_where_it_is_drawn(tmp_path: Path) -> None:
+    """The tip was taken at the pen's frame, at its joint, behind the pen's own end, and could not touch."""
+    path = multirotor_with_arm(tmp_path / "made.urdf", joints=(*TWO, ("wrist_pitch", "0 1 0", 0.05)))
+    text = path.read_text().replace("wrist_link", "pen").replace('size="0.05 ', 'size="0.2 ')
+    text = text.replace('<origin xyz="0.025 0 0"/><geometry>', '<origin xyz="0.1 0 0"/><geometry>')
+    path.write_text(text.partition('<link name="tool0">')[0] + "</robot>\n")
+    report = check_robot_file(path)
+    tip = report.description.tip
+    assert (tip.link, tip.position.tolist()) == ("pen", [0.2, 0.0, 0.0])
+    assert report.can_touch

@@ -122,7 +122,7 @@ def test_dust_far_from_its_centre_is_a_doubt(lab_file):
     report = check_robot_file(lab_file(dust=1e-3))
     assert report.can_hover
     said = doubt_about(report, "link 'thrust1'")
-    assert said.what == "link 'thrust1' and 'thrust2', 'thrust3', 'thrust4'"
+    assert said.what == "link 'thrust1' and 'thrust2', 'thrust3', 'thrust4', each"
 
 
 def test_the_nearest_inertia_is_possible_and_leaves_a_possible_one():
@@ -237,3 +237,89 @@ def test_a_robot_that_ships_can_be_checked_by_name():
     assert report.actuation.hover.margin is not None
     assert report.actuation.hover.margin > 0.2
     assert report.actuation.rank_moving == 6
+
+
+def armed(tmp_path, *changes, **made):
+    """A check of a quadrotor with an arm, some of whose text is another."""
+    path = multirotor_with_arm(tmp_path / "made.urdf", **made)
+    text = path.read_text()
+    for old, new in changes:
+        assert old in text, old
+        text = text.replace(old, new)
+    path.write_text(text)
+    return check_robot_file(path)
+
+
+def test_lengths_in_millimetres_are_named_by_their_joint(tmp_path):
+    with pytest.raises(SkylimbError, match=r"joint 'tool0_fixed' puts link 'tool0' 250 m from .* 0.25 m$"):
+        armed(tmp_path, ('<origin xyz="0.25 0.0', '<origin xyz="250 0.0'))
+
+
+def test_limits_in_degrees_are_no_silent_lack_of_limits(tmp_path):
+    report = armed(tmp_path, ('lower="-1.57" upper="1.57"', 'lower="-90" upper="90"'))
+    assert "-90 .. 90 rad, more than a turn" in report_text(report)
+    assert "write -1.571 .. 1.571" in report_text(report)
+    none = armed(tmp_path, ('lower="-1.57" upper="1.57"', 'lower="-1e16" upper="1e16"'))
+    assert "more than a turn" not in report_text(none)
+
+
+def test_a_joint_that_slides_is_said_to(tmp_path):
+    report = armed(tmp_path, ('name="elbow_pitch" type="revolute"', 'name="elbow_pitch" type="prismatic"'))
+    assert "only joints that turn are simulated" in doubt_about(report, "'elbow_pitch'").value
+
+
+def test_an_axis_that_is_left_out_is_said(tmp_path):
+    report = armed(tmp_path, ('<axis xyz="0 1 0"/>', ""))
+    assert "has no <axis>" in doubt_about(report, "'shoulder_pitch'").value
+    assert any("do not move its tip ahead" in doubt.value for doubt in report.reasons)
+
+
+def test_a_mass_below_zero_is_not_for_mend(tmp_path):
+    report = armed(tmp_path, ('<mass value="1.6"/>', '<mass value="-1.6"/>'))
+    assert report.reasons[0].what == "mass of link 'base_link'"
+    assert "--mend" not in report.reasons[0].remedy
+
+
+def test_grams_are_guessed_where_the_mass_is_a_thousandfold_only(tmp_path):
+    assert "in grams" not in str(armed(tmp_path, thrust=2.0).reasons[0])
+    assert "in grams" in str(armed(tmp_path, ('<mass value="1.6"/>', '<mass value="1600"/>')).reasons[0])
+
+
+def test_one_fault_of_a_body_is_told_once(tmp_path):
+    path = multirotor_with_arm(tmp_path / "made.urdf")
+    head, name, rest = path.read_text().partition('<link name="elbow_link">')
+    path.write_text(head + name + rest.partition("</inertial>")[2])
+    report = check_robot_file(path)
+    assert [doubt.what for doubt in report.reasons] == ["a moving body"]
+
+
+def test_a_rotor_whose_frame_is_upside_down_is_said_to_push_down(tmp_path):
+    report = armed(tmp_path, ('rpy="-0.0 0 0.785', 'rpy="3.14159 0 0.785'))
+    assert not report.can_hover
+    assert doubt_about(report, "rotor at link").what == "rotor at link 'propeller_0'"
+
+
+def test_axles_along_x_that_point_both_ways_say_the_spins(tmp_path):
+    """A URDF from CAD may turn every propeller about x of its link; thrust is up all the same."""
+    report = armed(
+        tmp_path,
+        ('<axis xyz="0 0 1"/>', '<axis xyz="1 0 0"/>'),
+        ('<axis xyz="0 0 -1"/>', '<axis xyz="-1 0 0"/>'),
+        ('rpy="-0.0 0 ', 'rpy="0.0 0 '),
+        ('rpy="0.0 0 ', 'rpy="0 -1.5707963 '),
+    )
+    assert report.can_hover, report.reasons
+    assert [rotor.spin for rotor in report.description.rotors] == [-1, 1, -1, 1]
+    assert not any(doubt.what == "spin of the rotors" for doubt in report.doubts)
+
+
+def test_thin_discs_in_turned_frames_are_bodies(tmp_path):
+    """A + B = C by the file's numbers; the engine refused a third of them for rounding."""
+    i = 0.02 * 0.05**2
+    old = f'<origin xyz="0 0 0"/><mass value="0.02"/><inertia ixx="{i}" iyy="{i}" izz="{1.5 * i}"'
+    for roll in (0.3, 1.1, 3.14159):
+        new = old.replace('xyz="0 0 0"', f'xyz="0 0 0" rpy="{roll} 0.7 0.1"').replace(
+            f"{1.5 * i}", f"{2 * i}"
+        )
+        report = armed(tmp_path, (old, new))
+        assert report.can_hover, report.reasons

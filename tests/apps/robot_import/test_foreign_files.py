@@ -276,7 +276,7 @@ def test_equal_doubts_are_one_that_names_what_it_is_about(tmp_path: Path) -> Non
     (tmp_path / "quad.urdf").write_text(lab_urdf(extra=extra))
     doubts = check_robot_file(tmp_path / "quad.urdf").doubts
     (found,) = [doubt for doubt in doubts if "finger0" in doubt.what]
-    assert found.what == "joint 'finger0' and 19 more"
+    assert found.what == "joint 'finger0' and 19 more, each"
     assert "taken as locked" in found.value
 
 

@@ -106,3 +106,44 @@ def test_robot_new_writes_the_robot_with_its_answers(urdf: Path, tmp_path: Path,
     assert (tmp_path / "mine.png").read_bytes().startswith(b"\x89PNG")
     assert {rotor.thrust_max for rotor in skylimb.load_robot(out).description.rotors} == {13.0}
     assert "thrust_max = 13.0" in (out / "mapping.toml").read_text()
+
+
+def test_a_wrong_answer_is_told_and_asked_again(urdf: Path) -> None:
+    """Names and ranges are looked at when the answer is given; those before it are kept."""
+    answers = iter(["", "elbow_pitch", "tool9", "tool0 200 0 0", "tool0 0 0 0.1", "many", "14"])
+    heard: list[str] = []
+
+    def ask(words: str, proposed: str) -> str:
+        heard.append(words)
+        return next(answers)
+
+    *_, (report, said) = interview(urdf, {}, ask)
+    assert "did you mean 'tool0'" in heard[3]
+    assert heard[4].startswith("the answers: tip.position = 200 m")
+    assert heard[4].endswith(heard[2])
+    assert "thrust = 'many' must be a number" in heard[6]
+    assert report.description.shape_joints == ("elbow_pitch",)
+    assert [entry.name for entry in said.joints] == ["elbow_pitch", "shoulder_pitch"]
+    assert {rotor.thrust_max for rotor in report.description.rotors} == {14.0}
+
+
+def test_the_end_of_the_answers_is_one_line(urdf: Path, tmp_path: Path, capsys, monkeypatch) -> None:
+    def ended(prompt: str) -> str:
+        raise EOFError
+
+    monkeypatch.setattr("builtins.input", ended)
+    monkeypatch.setattr("sys.stdin.isatty", lambda: True)
+    assert main(["robot", "new", str(urdf), "--out", str(tmp_path / "mine")]) == 2
+    assert "no answer to 'What does it weigh" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["made.urdf"]
+
+
+def test_what_is_locked_stays_so_when_it_is_imported_again(urdf: Path, tmp_path: Path) -> None:
+    """The draft of a mapping says every joint that moves: one that is left out is guessed anew."""
+    first, said = tmp_path / "first", interview(urdf, {"arm": "elbow_pitch"}, lambda *_: "")
+    *_, (_, answers) = said
+    skylimb.import_robot(urdf, first, mapping=answers)
+    again = skylimb.check_robot_file(urdf, mapping=first / "mapping.toml")
+    assert again.description.shape_joints == ("elbow_pitch",)
+    assert again.roles["shoulder_pitch"] == "locked"
+    assert again.roles["rotor_0_joint"] == "rotor"

@@ -115,7 +115,7 @@ def test_names_that_say_it_come_first(tmp_path: Path) -> None:
 def test_rotors_that_no_frame_has_turn_by_turns(tmp_path: Path) -> None:
     path = frame(tmp_path / "made.urdf", flat(0, 72, 144, 216, 288))
     assert spins(path) == [CCW, CW, CCW, CW, CCW]
-    assert "are taken to turn by turns" in doubts(path)
+    assert "are taken to turn one way and the other in turn" in doubts(path)
 
 
 @pytest.mark.parametrize("rate", ["-0.0172", "0.0172"])
@@ -127,7 +127,7 @@ def test_what_an_import_writes_is_what_an_import_with_it_reads(tmp_path: Path, r
         sign if rate.startswith("-") else -sign for sign in (1, -1, 1, -1)
     ]
     assert first.flight is not None
-    (tmp_path / "mapping.toml").write_text(mapping_text(first.flight))
+    (tmp_path / "mapping.toml").write_text(mapping_text(first.flight, first.roles))
     again = check_robot_file(path, mapping=tmp_path / "mapping.toml")
     assert again.flight == first.flight
 

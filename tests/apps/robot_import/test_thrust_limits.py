@@ -21,7 +21,7 @@ def test_limits_that_are_said_but_wrong_are_named(lab_file, lower: str, upper: s
     path = lab_file(('lower="0.5" upper="12"', f'lower="{lower}" upper="{upper}"'))
     doubts = [str(doubt) for doubt in check_robot_file(path).doubts if doubt.what.startswith("greatest")]
     assert len(doubts) == 1
-    named = "greatest thrust of joint rotor1 and rotor2, rotor3, rotor4"
+    named = "greatest thrust of joint rotor1 and rotor2, rotor3, rotor4, each"
     assert doubts[0].startswith(f"{named}: {told}; 2 times the weight is assumed")
 
 

@@ -9,6 +9,7 @@ import trimesh
 import skylimb
 from lab_style import FIXED, lab_urdf
 from made_robots import link
+from skylimb.apps.cli.main import main
 from skylimb.apps.robot_import.checking import check_robot_file
 from skylimb.apps.robot_import.mapping import read_mapping
 from skylimb.apps.robot_import.writing import import_robot
@@ -193,3 +194,39 @@ def test_a_flight_controller_is_taken_for_the_imu_and_told(tmp_path):
     said = check_robot_file(tmp_path / "quad.urdf", mapping=mapping)
     assert said.description.imu.link == "battery"
     assert not [one for one in said.doubts if one.what == "the IMU"]
+
+
+def test_a_robot_that_cannot_hover_is_written_and_its_report_is_shown(tmp_path, capsys):
+    """Exit codes are those of a check; no flight is proposed that would be refused."""
+    text = lab_urdf(gimbal="fixed").replace('upper="12"', 'upper="2"')
+    assert 'upper="2"' in text
+    (tmp_path / "weak.urdf").write_text(text)
+    assert main(["robot", "import", str(tmp_path / "weak.urdf"), "--out", str(tmp_path / "robot")]) == 1
+    said = capsys.readouterr()
+    assert "FAULT     the description" in said.out
+    assert "skylimb run" not in said.out
+    assert said.err == ""
+    assert (tmp_path / "robot" / "robot.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("kind", ["spoilt.stl", "empty.stl", "fine.stl"])
+def test_a_mesh_that_cannot_be_drawn_keeps_no_robot_from_hovering(kind, lab_file, tmp_path):
+    """The check and the imported robot leave out the same."""
+    (tmp_path / "spoilt.stl").write_bytes(bytes(50))
+    (tmp_path / "empty.stl").write_bytes(b"")
+    if kind == "fine.stl":
+        trimesh.creation.icosphere(subdivisions=7, radius=0.02).export(tmp_path / kind)  # 16 MB
+    report = check_robot_file(lab_file(('<link name="battery">', VISUAL.format(kind))))
+    assert report.can_hover, report.reasons
+    assert any("cannot be drawn" in doubt.value and kind in doubt.what for doubt in report.doubts)
+    assert report.description.link("battery").visuals == ()
+
+
+def test_a_mesh_in_millimetres_is_asked_about(lab_file, tmp_path):
+    trimesh.creation.box((100.0, 80.0, 20.0)).export(tmp_path / "cell.stl")
+    drawn = VISUAL.format("cell.stl")
+    report = check_robot_file(lab_file(('<link name="battery">', drawn)))
+    assert any("'battery' is 100 m large" in str(doubt) for doubt in report.doubts)
+    scaled = drawn.replace("cell.stl", 'cell.stl" scale="0.001 0.001 0.001')
+    report = check_robot_file(lab_file(('<link name="battery">', scaled)))
+    assert not any("large" in str(doubt) for doubt in report.doubts)

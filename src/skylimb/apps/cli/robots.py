@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import Annotated
 
@@ -84,8 +85,10 @@ def import_robot(
         raise ConfigError("--out is missing; it names the robot's new folder")
     report = skylimb.import_robot(file, out, packages, mapping, args=_arguments(args), mend=mend)
     print(report_text(report))
-    controller, hovers = _first_flight(out) if report.can_hover else ("", False)
-    flown = f"skylimb run free_flight{controller} --set robot={out} 'posture.waypoints=[]'"
+    if not report.can_hover:
+        return _not_flown(out)
+    controller, hovers = _first_flight(out)
+    flown = f"skylimb run free_flight{controller} --set {_named(out)} 'posture.waypoints=[]'"
     print(f"\nWritten to {Path(out)}: {flown}")
     return 0 if hovers else 1
 
@@ -115,7 +118,6 @@ def new_robot(
         skylimb robot new my_robot.urdf --out robots/mine --tip 'tool0 0 0 0.1' --yes
     """
     import sys
-    import tempfile
 
     import skylimb
     from skylimb.apps.robot_import.interview import interview
@@ -134,29 +136,32 @@ def new_robot(
             return ""
         if not sys.stdin.isatty():
             raise ConfigError(f"nobody is there to answer '{words}'; --yes takes the proposal, {proposed}")
-        return input(f"{words} [{proposed}] ").strip()
+        try:
+            return input(f"{words} [{proposed}] ").strip()
+        except EOFError:
+            raise ConfigError(f"no answer to '{words}'; Enter takes the proposal, {proposed}") from None
 
-    said, drawn = "", False
+    said, drawn = None, False
     answers = {"mass": mass, "arm": arm, "tip": tip, "spin": spin, "thrust": thrust}
     try:
-        for report, text in interview(file, answers, ask, packages, _arguments(args)):
-            said = text
+        for report, answered in interview(file, answers, ask, packages, _arguments(args)):
+            said = answered
             if not drawn:
                 with new_file(picture) as path:
                     draw_robot(report, path)
                 print(f"What is recognised is drawn in {picture}. Enter takes the proposal in brackets.")
                 drawn = True
-        with tempfile.TemporaryDirectory() as folder:
-            mapping = Path(folder) / "mapping.toml"
-            mapping.write_text(said, encoding="utf-8")
-            report = skylimb.import_robot(file, out, packages, mapping, args=_arguments(args))
+        report = skylimb.import_robot(file, out, packages, said, args=_arguments(args))
     except BaseException:  # Ctrl-C as well
         if drawn:  # it would be in the way of the next try
             picture.unlink(missing_ok=True)
         raise
     print(report_text(report))
+    if not report.can_hover:
+        return _not_flown(out)
+    hovers = _first_flight(out)[1]
     print(f"\nWritten to {Path(out)}; a first touch: {_first_touch(out)}")
-    return 0 if report.can_hover else 1
+    return 0 if hovers else 1
 
 
 def _first_flight(out: str) -> tuple[str, bool]:
@@ -172,8 +177,19 @@ def _first_flight(out: str) -> tuple[str, bool]:
     return f" --controller {name}" if name and name != FIRST[0] else "", bool(name)
 
 
+def _not_flown(out: str) -> int:
+    """Say what becomes of a robot that cannot hover; its exit code."""
+    print(f"\nWritten to {Path(out)}, to look at; correct what is a FAULT, and make it again")
+    return 1
+
+
+def _named(out: str) -> str:
+    """The robot's key as a shell reads it, also with a space in its folder's name."""
+    return shlex.quote(f"robot={out}")
+
+
 def _first_touch(out: str) -> str:
-    return f"skylimb run board_tilted_hexarotor --controller following --set robot={out}"
+    return f"skylimb run board_tilted_hexarotor --controller following --set {_named(out)}"
 
 
 def _arguments(words: tuple[str, ...]) -> dict[str, str]:

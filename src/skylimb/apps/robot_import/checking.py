@@ -16,8 +16,10 @@ from skylimb.apps.robot_import.findings import (
     flight_doubts,
     hover_doubts,
     inertia_doubts,
+    rotor_doubts,
 )
-from skylimb.apps.robot_import.mapping import read_mapping
+from skylimb.apps.robot_import.mapping import Mapping as MappingFile
+from skylimb.apps.robot_import.mapping import Role, read_mapping
 from skylimb.apps.robot_import.mechanics import Actuation, actuation
 from skylimb.apps.robot_import.meshes import settle_meshes
 from skylimb.apps.robot_import.posture_choice import choose_posture
@@ -61,6 +63,7 @@ class RobotReport:
         flight: the flight file that was proposed, None for a robot that has one.
         urdf: content of the URDF that goes with it.
         meshes: contents of the meshes that go with it, by their path.
+        roles: what each joint that moves in the file was taken for, by its name.
     """
 
     path: Path
@@ -72,6 +75,7 @@ class RobotReport:
     flight: FlightFile | None = None
     urdf: bytes = b""
     meshes: dict[str, bytes] = field(default_factory=dict)
+    roles: dict[str, Role] = field(default_factory=dict)
 
     @property
     def can_hover(self) -> bool:
@@ -97,7 +101,7 @@ class RobotReport:
 def check_robot_file(
     path: str | Path,
     packages: str | Path | None = None,
-    mapping: str | Path | None = None,
+    mapping: str | Path | MappingFile | None = None,
     *,
     args: Mapping[str, str] | None = None,
     mend: bool = False,
@@ -108,7 +112,7 @@ def check_robot_file(
     Args:
         path: .urdf, .xacro, MJCF or SDF, a folder, a flight TOML, or the name of a robot that ships.
         packages: folder of the packages that xacro and meshes name.
-        mapping: TOML file that says what names do not tell.
+        mapping: TOML file that says what names do not tell, or what was read of one.
         args: values of a xacro's arguments by name.
         mend: whether impossible inertias are replaced by the nearest possible ones.
         convert: whether meshes are copied, so that the robot can be written elsewhere.
@@ -147,7 +151,7 @@ def check_robot_file(
     if flight.posture is not None and said.posture is None:
         description, flight = _with_posture(description, flight, doubts)
     report = _report(text.path, description, mass_in, doubts)
-    return replace(report, flight=flight, urdf=written.text(), meshes=copies)
+    return replace(report, flight=flight, urdf=written.text(), meshes=copies, roles=roles.by_name())
 
 
 def _is_ours(path: str | Path) -> bool:
@@ -207,13 +211,14 @@ def _report(path: Path, description: RobotDescription, mass_in: float, doubts: l
         found += faults(lambda: check_moving_bodies(robot), "a moving body")
         robot = bounded(robot)
         acting = actuation(robot)
-        found += flight_doubts(robot, acting)
-        try:
-            collisions = find_self_collisions(description)
-        except SkylimbError as error:
-            found.append(Doubt("the simulation", str(error), "look at meshes and inertias", fatal=True))
-        else:
-            found += collision_doubts(collisions, mass)
+        if not any(doubt.fatal for doubt in found):  # else all that follows says the same in other words
+            found += [*rotor_doubts(robot), *flight_doubts(robot, acting)]
+            try:
+                collisions = find_self_collisions(description)
+            except SkylimbError as error:
+                found.append(Doubt("the simulation", str(error), "look at meshes and inertias", fatal=True))
+            else:
+                found += collision_doubts(collisions, mass)
         if not any(doubt.fatal for doubt in found):
             found += hover_doubts(robot)
     return RobotReport(path, description, mass_in, acting, collisions, together(found))

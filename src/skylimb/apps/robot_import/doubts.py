@@ -26,7 +26,8 @@ class Doubt:
     fatal: bool = False
 
     def __str__(self) -> str:
-        return f"{self.what}: {self.value}. Remedy: {self.remedy}."
+        end = "" if self.value.endswith("?") else "."
+        return f"{self.what}: {self.value}{end} Remedy: {self.remedy}."
 
 
 def without_name(error: Exception) -> str:
@@ -50,4 +51,4 @@ def _as_one(same: list[Doubt]) -> Doubt:
         return same[0]
     others = [doubt.what.rpartition(" ")[2] for doubt in same[1:]]
     more = ", ".join(others) if len(others) <= _MOST_NAMED else f"{len(others)} more"
-    return replace(same[0], what=f"{same[0].what} and {more}")
+    return replace(same[0], what=f"{same[0].what} and {more}, each")

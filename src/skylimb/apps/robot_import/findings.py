@@ -18,20 +18,26 @@ from skylimb.robots.model import Robot
 from skylimb.robots.turned_rotors import ENOUGH
 from skylimb.robots.validation import check_inertial
 
+_OTHER_POSTURE = "say [posture] in a mapping file, or lock a joint that does not move the tip ahead"
 _STEADY = 0.1
 _LIFT = 1.5
 _CONDITION = 100.0
 _TILT = 0.3
-"""Where hover margin, thrust over weight, condition and hover tilt (rad) raise a doubt."""
+_UPRIGHT = 0.7
+"""Where hover margin, thrust over weight, condition, hover tilt (rad) and fall of a thrust raise a doubt."""
 
 
 def inertia_doubts(description: RobotDescription) -> Iterator[Doubt]:
     """What is wrong with the links' inertias, or strange about them."""
     for link in description.links:
+        remedy = (
+            "take it from CAD again (axes, and signs of ixy, ixz, iyz), or --mend for the nearest possible"
+        )
+        what = f"{'mass' if link.inertial.mass < 0.0 else 'inertia'} of link '{link.name}'"
         yield from faults(
             lambda inertial=link.inertial, name=link.name: check_inertial(name, inertial),
-            f"inertia of link '{link.name}'",
-            "take it from CAD again (axes, and signs of ixy, ixz, iyz), or --mend for the nearest possible",
+            what,
+            "write its mass in kg" if link.inertial.mass < 0.0 else remedy,
         )
         gyration = _gyration(link.inertial)
         if gyration is not None and not 1e-3 < gyration < 1.0 and link.inertial.mass > 1e-3:
@@ -60,6 +66,18 @@ def faults(
         yield Doubt(what, text, remedy, fatal=True)
 
 
+def rotor_doubts(robot: Robot) -> Iterator[Doubt]:
+    """Rotors that push down while the robot stands level, as where a mirrored unit's frame is upside down."""
+    poses = robot.link_poses(robot.nominal_posture(), robot.description.vectoring_start)
+    for rotor in robot.description.rotors:
+        if (poses[rotor.link][1] @ rotor.R)[2, 2] < -_UPRIGHT:
+            yield Doubt(
+                f"rotor at link '{rotor.link}'",
+                "pushes the robot down: thrust is along z of the link, which points down",
+                "none, if it does; else say rpy = [3.1416, 0, 0] for it in a mapping file, and its spin",
+            )
+
+
 def flight_doubts(robot: Robot, acting: Actuation) -> Iterator[Doubt]:
     """What keeps a robot from flying, or from flying well."""
     yield from faults(
@@ -69,7 +87,7 @@ def flight_doubts(robot: Robot, acting: Actuation) -> Iterator[Doubt]:
         yield from faults(
             lambda: check_robot(robot), "hover", "look at rotor frames, spins, masses and the nominal posture"
         )
-        yield from faults(lambda: posture_family(robot), "the postures", "say [posture] in a mapping file")
+        yield from faults(lambda: posture_family(robot), "the postures", _OTHER_POSTURE)
     if acting.thrust_to_weight < _LIFT:
         yield Doubt(
             "thrust over weight",

@@ -17,7 +17,7 @@ HOVER = {"posture.waypoints": [], "stop_at": 5.0}
 """Of `free_flight`: what falls does so within one or two seconds."""
 
 FIRST = ("hybrid", "following")
-"""Controllers for a first flight: the one that flies by default, and the one that is the most robust."""
+"""Controllers for first flights: the one that flies by default, and the one for a touch, the most robust."""
 
 _NEAR = 0.25
 """How far from its place a hover may end, m."""
@@ -41,9 +41,9 @@ def hover_lost(robot: Robot, controller: str) -> str:
 
 
 def who_hovers(robot: Robot) -> tuple[str, dict[str, str]]:
-    """The first controller that hovers, of those that are proposed for a first flight, and why others do not.
+    """The first controller that hovers, of those that are proposed for first flights, and why others do not.
 
-    The name is empty where none does.
+    All are flown: who touches first is not who hovers first. The name is empty where none hovers.
     """
     lost: dict[str, str] = {}
     for controller in FIRST:
@@ -51,10 +51,9 @@ def who_hovers(robot: Robot) -> tuple[str, dict[str, str]]:
             why = hover_lost(robot, controller)
         except SkylimbError as error:
             why = str(error)
-        if not why:
-            return controller, lost
-        lost[controller] = why
-    return "", lost
+        if why:
+            lost[controller] = why
+    return next((controller for controller in FIRST if controller not in lost), ""), lost
 
 
 def not_hovered(run: Run) -> str:

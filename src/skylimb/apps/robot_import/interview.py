@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import tomli_w
-
 from skylimb.apps.robot_import.checking import RobotReport, check_robot_file, flight_tables
+from skylimb.apps.robot_import.mapping import Mapping as MappingFile
 from skylimb.apps.robot_import.proposal import SPIN
-from skylimb.base.errors import ConfigError, unknown_name
+from skylimb.base.config import from_mapping
+from skylimb.base.errors import ConfigError, SkylimbError, unknown_name
 from skylimb.robots.flight_file import FlightFile
 
 _SAME_MASS = 0.02
@@ -19,7 +18,7 @@ _SAME_MASS = 0.02
 _NONE, _FORWARD = "none", ("x", "z")
 
 Ask = Callable[[str, str], str]
-"""Words and the proposal -> the answer, empty for the proposal."""
+"""Words, behind what was wrong with the last answer; and the proposal -> an answer, empty for the latter."""
 
 Question = Callable[[RobotReport], tuple[str, str, Callable[[str], dict[str, Any]]]]
 """What was found so far -> words, proposal, and what an answer adds to the mapping file."""
@@ -116,8 +115,10 @@ def interview(
     ask: Ask,
     packages: str | Path | None = None,
     args: Mapping[str, str] | None = None,
-) -> Iterator[tuple[RobotReport, str]]:
-    """What is known before each question and after the last, and the mapping file so far.
+) -> Iterator[tuple[RobotReport, MappingFile]]:
+    """What is known before each question and after the last, and what is said so far.
+
+    An answer that cannot be is told, and its question asked again: the others are not lost.
 
     Args:
         path: as of `check_robot_file`.
@@ -127,30 +128,41 @@ def interview(
         args: as of `check_robot_file`.
 
     Raises:
-        SkylimbError: an answer that cannot be, or a file that cannot be read.
+        SkylimbError: one of `answers` that cannot be, or a file that cannot be read.
     """
+
+    def check(tables: dict[str, Any]) -> tuple[RobotReport, MappingFile]:
+        said = from_mapping(MappingFile, tables, "the answers")
+        return check_robot_file(path, packages, said, args=args), said
+
     tables: dict[str, Any] = {}
-    checked: dict[str, RobotReport] = {}  # by what is said; a proposal that is taken says nothing new
-    with tempfile.TemporaryDirectory() as folder:
-        said = Path(folder) / "mapping.toml"
-        for question in (*QUESTIONS.items(), None):
-            text = tomli_w.dumps(tables)
-            if text not in checked:
-                said.write_text(text, encoding="utf-8")
-                checked[text] = check_robot_file(path, packages, said, args=args)
-            report = checked[text]
-            if report.flight is None:
-                raise ConfigError(f"'{path}' is a robot of skylimb's form already; copy its folder")
-            yield report, text
-            if question is not None:
-                name, doubted = question[0], _IN_DOUBT.get(question[0])
-                given = answers.get(name, "")
-                if not given and doubted and all(doubt.what != doubted for doubt in report.doubts):
-                    continue
-                words, proposed, take = question[1](report)
-                # A proposal that is taken stays one: its doubts are told, and nothing is said in its place.
-                given = given or ask(words, proposed)
-                tables.update(take(given) if given else {})
+    report, said = check(tables)
+    if report.flight is None:
+        raise ConfigError(f"'{path}' is a robot of skylimb's form already; copy its folder")
+    for name, question in QUESTIONS.items():
+        yield report, said
+        given, doubted = answers.get(name, ""), _IN_DOUBT.get(name)
+        if not given and doubted and all(doubt.what != doubted for doubt in report.doubts):
+            continue
+        words, proposed, take = question(report)
+        typed, wrong = not given, ""
+        while True:
+            # A proposal that is taken stays one: its doubts are told, and nothing is said in its place.
+            given = ask(f"{wrong}{words}", proposed) if typed else given
+            if not given:
+                break
+            try:
+                added = take(given)
+                if added:
+                    report, said = check({**tables, **added})
+            except SkylimbError as error:
+                if not typed:
+                    raise
+                wrong = f"{error}\n"
+                continue
+            tables.update(added)
+            break
+    yield report, said
 
 
 def _number(name: str, text: str) -> float:

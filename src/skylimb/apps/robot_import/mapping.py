@@ -88,13 +88,15 @@ class Mapping:
         return next((entry.role for entry in self.joints if entry.name == joint), None)
 
 
-def read_mapping(path: str | Path | None) -> Mapping:
-    """The mapping file of that path; an empty one for None.
+def read_mapping(path: str | Path | Mapping | None) -> Mapping:
+    """The mapping file of that path; an empty one for None; one that is read already as it is.
 
     Raises:
         ConfigError: it cannot be read, or has an unknown key, a wrong type or a value out of range.
     """
     if path is None:
         return Mapping()
+    if isinstance(path, Mapping):
+        return path
     source = read_source(path)
     return from_mapping(Mapping, parse_toml(source), str(source.path))

@@ -46,10 +46,10 @@ def choose_posture(robot: Robot) -> PostureFamily:
     if arm is not None:
         with contextlib.suppress(UnreachableError):
             return standing_in(robot, np.round(arm, 3), robot.description.vectoring_start).description.posture
-    zero = np.zeros(robot.n_joints)
-    best, most = PostureFamily(zero, np.ones(robot.n_joints), -0.01, 0.01, 0.0), (False, -math.inf)
-    missed = 0
     lower, upper = robot.joint_limits()
+    rest = np.clip(np.zeros(robot.n_joints), lower, upper)
+    best, most = PostureFamily(rest, np.ones(robot.n_joints), -0.01, 0.01, 0.0), (False, -math.inf)
+    missed = 0
     for offset, slope, nominal in _families(robot):
         angles = offset + slope * nominal
         room = np.minimum(angles - lower, upper - angles)

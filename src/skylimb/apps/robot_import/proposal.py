@@ -58,9 +58,12 @@ def propose(
         DescriptionError: there are no rotors.
     """
     if not roles.rotors:
+        ends = [tree.end(joint, "child") or "" for joint in roles.locked + roles.shape]
+        ends = [f"'{end}'" for end in ends if not tree.below(end)]
+        turned = f"; links on joints of other names are {', '.join(ends[:12])}" if ends else ""
         raise DescriptionError(
             f"no rotors are recognised in '{tree.name}': neither joints called rotor1 .. or propeller1 .. "
-            "that spin, nor [[rotors]] of a mapping file (--mapping FILE)"
+            f"that spin, nor [[rotors]] of a mapping file (--mapping FILE){turned}"
         )
     doubts: list[Doubt] = []
     rotors = _rotors(tree, roles, axles, tables.motors, doubts)
@@ -83,7 +86,7 @@ def propose(
         )
         if vectoring
         else None,
-        posture=(mapping.posture or _level(len(shape))) if shape else None,
+        posture=(mapping.posture or _level(tree, roles.shape)) if shape else None,
         imu=mapping.imu or _imu(tree, doubts),
         rotors=rotors,
     )
@@ -100,9 +103,10 @@ def _imu(tree: UrdfTree, doubts: list[Doubt]) -> ImuSection | None:
     return ImuSection(link)
 
 
-def _level(n: int) -> PostureSection:
-    """Joints at zero; a better posture is sought later."""
-    return PostureSection((0.0,) * n, (1.0,) * n, -1e-3, 1e-3, 0.0)
+def _level(tree: UrdfTree, shape: tuple[Element, ...]) -> PostureSection:
+    """Joints at zero, or as near to it as their limits let them; a better posture is sought later."""
+    rest = tuple(tree.rest(joint) for joint in shape)
+    return PostureSection(rest, (1.0,) * len(shape), -1e-3, 1e-3, 0.0)
 
 
 def _rotors(

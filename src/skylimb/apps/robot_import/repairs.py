@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -28,6 +29,12 @@ _POINT = 1e-3
 _LIMITS = {"effort": (3.0, "N m"), "velocity": (0.5, "rad/s")}
 """Assumed where a joint's limit is missing or not positive."""
 
+_IN_DEGREES = 720.0
+"""Greatest limit of a turning joint that may have been written in degrees; +-1e16 means no limit."""
+
+_FARTHEST = 10.0
+"""How far a joint may put its link from the one before it, m."""
+
 _SPREAD = 1e-3
 """Share of the second moment that a mended inertia has at least along each axis."""
 
@@ -39,6 +46,9 @@ def repair(tree: UrdfTree, roles: Roles, *, mend: bool = False) -> list[Doubt]:
         tree: as it was read; links and joints only remain.
         roles: of its joints. Rotors' axles and locked joints become fixed, the latter within their limits.
         mend: whether inertias of real links that no body has are replaced by the nearest one that a body has.
+
+    Raises:
+        DescriptionError: a link is farther from the one before it than any robot is large.
     """
     doubts: list[Doubt] = []
     welded = sum(tree.mass(name) for name in tree.subtree(tree.base(), fixed=True))
@@ -54,7 +64,9 @@ def repair(tree: UrdfTree, roles: Roles, *, mend: bool = False) -> list[Doubt]:
             )
     for joint in [*roles.shape, *roles.vectoring]:
         doubts += _mend_joint(tree, joint)
+    base = tree.base()
     doubts += _plant_root(tree, welded)
+    _require_near(tree, base)
     for name in tree.links():
         doubts += _mend_inertia(tree, name, mend)
     tree.keep_robot_only()
@@ -63,7 +75,17 @@ def repair(tree: UrdfTree, roles: Roles, *, mend: bool = False) -> list[Doubt]:
 
 def _mend_joint(tree: UrdfTree, joint: Element) -> list[Doubt]:
     name, doubts = joint.get("name", ""), []
+    if joint.find("axis") is None:
+        value = "has no <axis>; x of its child is taken, as URDF has it"
+        doubts.append(Doubt(f"joint '{name}'", value, "write <axis xyz=.../>"))
     if tree.endless(joint):
+        low, high = tree.limit(joint, "lower"), tree.limit(joint, "upper")
+        if max(-low, high) <= _IN_DEGREES:
+            value = (
+                f"has limits of {low:g} .. {high:g} rad, more than a turn; it counts as turning without end"
+            )
+            remedy = f"none, if that is right; if they are degrees, write {_radians(low)} .. {_radians(high)}"
+            doubts.append(Doubt(f"joint '{name}'", value, remedy))
         joint.set("type", "continuous")
     for key, (assumed, unit) in _LIMITS.items():
         value = tree.limit(joint, key)
@@ -78,6 +100,10 @@ def _mend_joint(tree: UrdfTree, joint: Element) -> list[Doubt]:
                 )
             )
     return doubts
+
+
+def _radians(degrees: float) -> str:
+    return f"{math.radians(degrees):.4g}"
 
 
 def _plant_root(tree: UrdfTree, welded: float) -> list[Doubt]:
@@ -109,6 +135,18 @@ def _plant_root(tree: UrdfTree, welded: float) -> list[Doubt]:
             "none is needed",
         )
     ]
+
+
+def _require_near(tree: UrdfTree, base: str) -> None:
+    """Refuse lengths in millimetres, but for the place of the file's root `base`, where it may be spawned."""
+    for joint in tree.joints():
+        far, child = float(np.linalg.norm(tree.place(joint)[0])), tree.end(joint, "child")
+        if far > _FARTHEST and child != base:
+            raise DescriptionError(
+                f"joint '{joint.get('name')}' puts link '{child}' {far:g} m from "
+                f"'{tree.end(joint, 'parent')}' (at most {_FARTHEST:g} m is believed); is it in millimetres? "
+                f"{far:g} mm = {1e-3 * far:g} m"
+            )
 
 
 def _mend_inertia(tree: UrdfTree, name: str, mend: bool) -> list[Doubt]:

@@ -11,7 +11,7 @@ import numpy as np
 from skylimb.apps.robot_import.doubts import Doubt
 from skylimb.apps.robot_import.mapping import MappedRotor, Mapping, Role
 from skylimb.apps.robot_import.motor_plugins import plugin_rotors
-from skylimb.apps.robot_import.tree import UrdfTree, number, rpy_of_z
+from skylimb.apps.robot_import.tree import UrdfTree, number, pose_at_rest, rpy_of_z
 from skylimb.base.errors import unknown_name
 
 _ROTOR = re.compile(r"(rotor|prop|propeller|motor|thrust)[a-z_-]*?_?(\d+)", re.IGNORECASE)
@@ -21,6 +21,8 @@ _ARM = re.compile(r"shoulder|elbow|wrist|fore_?arm|upper_?arm|(^|_)arm|manipulat
 _NO_ARM = re.compile(r"cam|lidar|sensor|grip|finger|claw|jaw|leg|gear|foot|dock", re.IGNORECASE)
 """Names of joints of an arm, and of those that move something else."""
 _TURNS = ("revolute", "continuous")
+_LEVEL = 0.1
+"""Rise of an axle at rest below which it has no upper side, over its length."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,16 @@ class Roles:
     vectoring: tuple[Element, ...]
     locked: tuple[Element, ...]
     doubts: tuple[Doubt, ...]
+
+    def by_name(self) -> dict[str, Role]:
+        """The role of each joint by its name."""
+        roles: tuple[tuple[Role, tuple[Element | None, ...]], ...] = (
+            ("shape", self.shape),
+            ("vectoring", self.vectoring),
+            ("rotor", self.spinning),
+            ("locked", self.locked),
+        )
+        return {joint.get("name", ""): role for role, joints in roles for joint in filter(None, joints)}
 
 
 def recognise(tree: UrdfTree, mapping: Mapping) -> Roles:
@@ -68,8 +80,8 @@ def recognise(tree: UrdfTree, mapping: Mapping) -> Roles:
     for name, joint in moving.items():
         if any(joint is other for other in spinning):
             continue
-        role = mapping.role_of(name) or _role(tree, joint, [rotor.link for rotor in rotors], arm, doubts)
-        if role in ("shape", "vectoring") and joint.get("type") not in _TURNS:
+        role, mimics = mapping.role_of(name), joint.find("mimic") is not None
+        if joint.get("type") not in _TURNS and role != "locked" and (role is not None or not mimics):
             doubts.append(
                 Doubt(
                     f"joint '{name}'",
@@ -78,7 +90,7 @@ def recognise(tree: UrdfTree, mapping: Mapping) -> Roles:
                 )
             )
             role = "locked"
-        found[role].append(joint)
+        found[role or _role(tree, joint, [rotor.link for rotor in rotors], arm, doubts)].append(joint)
     return Roles(
         rotors,
         joints,
@@ -140,7 +152,7 @@ def _signed(tree: UrdfTree, rotors: list[MappedRotor]) -> tuple[MappedRotor, ...
 
 
 def _spinning_rotor(tree: UrdfTree, joint: Element) -> MappedRotor:
-    """Thrust along z of the link; where the axle is not along z, along the axle."""
+    """Thrust along z of the link; where the axle is not along z, along the axle, to the side that is up."""
     axis = tree.axis(joint)
     size = float(np.linalg.norm(axis))
     link = tree.end(joint, "child") or ""
@@ -149,7 +161,10 @@ def _spinning_rotor(tree: UrdfTree, joint: Element) -> MappedRotor:
     axis = axis / size
     if abs(axis[2]) > 0.9:
         return MappedRotor(link, spin=1 if axis[2] > 0.0 else -1)
-    return MappedRotor(link, rpy=rpy_of_z(axis))
+    up = float((pose_at_rest(tree, link)[1] @ axis)[2])
+    if abs(up) < _LEVEL:
+        return MappedRotor(link, rpy=rpy_of_z(axis))
+    return MappedRotor(link, spin=1 if up > 0.0 else -1, rpy=rpy_of_z(axis if up > 0.0 else -axis))
 
 
 def _arm(tree: UrdfTree, rotors: list[str]) -> list[str]:

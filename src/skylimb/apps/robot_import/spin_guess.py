@@ -51,7 +51,7 @@ def guess_spins(tree: UrdfTree, roles: Roles) -> Guess:
         ordered = _as_px4(places) if known and np.all(axes[:, 2] > _UPRIGHT) else None
         if ordered is not None:
             return Guess(ordered, "as PX4 orders rotors at such places")
-    return Guess(tuple(1 - 2 * (k % 2) for k in range(len(roles.rotors))), "by turns")
+    return Guess(tuple(1 - 2 * (k % 2) for k in range(len(roles.rotors))), "one way and the other in turn")
 
 
 def _called(tree: UrdfTree, roles: Roles) -> tuple[int, ...] | None:

@@ -20,6 +20,8 @@ _BEYOND = 0.05
 """How far an end has to be beyond the rotors' middles of such a robot to be taken for its tip, m."""
 _TOOL = re.compile(r"(tool|tcp|tip|ee|eef|end_?effector|pen|probe)(_?(link|frame|tip))?_?0?$", re.IGNORECASE)
 """Names of the frames at the end of an arm."""
+_LONG = 0.03
+"""How far a tool is drawn beyond its frame to end there, m."""
 _LARGEST = 0.05
 """Greatest radius of a drawn sphere that is taken for the ball of a tip, m."""
 
@@ -52,10 +54,12 @@ def guess_tip(tree: UrdfTree, roles: Roles, doubts: list[Doubt]) -> TipSection:
     rotors = {rotor.link for rotor in roles.rotors}
     named = [link for link in tree.subtree(last, fixed=True) if _TOOL.search(link) and not tree.below(link)]
     if len(named) == 1 and (links or _bare(tree.link(named[0]))):
+        end = _drawn_end(tree, last, named[0])
+        at = f", at its drawn end ({', '.join(f'{part:g}' for part in end)}) m" if any(end) else ""
         doubts.append(
-            Doubt("the tip", f"is taken to be link '{named[0]}', by its name", "say [tip] otherwise")
+            Doubt("the tip", f"is taken to be link '{named[0]}', by its name{at}", "say [tip] otherwise")
         )
-        return TipSection(named[0], (0.0, 0.0, 0.0), _RADIUS)
+        return TipSection(named[0], end, _RADIUS)
     farthest = max(_ends(tree, last, rotors), key=_distance)
     drawn = _distance(farthest) > beyond
     x, y, z = (float(round(part, 4)) for part in farthest[0]) if drawn else assumed.position
@@ -64,6 +68,18 @@ def guess_tip(tree: UrdfTree, roles: Roles, doubts: list[Doubt]) -> TipSection:
     value = f"is not said; ({x:g}, {y:g}, {z:g}) m of link '{last}' is {why}"
     doubts.append(Doubt("the tip", value, "say [tip] in a mapping file"))
     return tip
+
+
+def _drawn_end(tree: UrdfTree, last: str, tool: str) -> tuple[float, float, float]:
+    """The farthest drawn end of a tool's own link, in its frame, m; its origin where that is about as far."""
+    link, places = tree.link(tool), _frames(tree, last, set())
+    xyz, R = places[tool]
+    ends = [xyz + R @ point for point, _ in (_drawn(tree, link) if link is not None else ())]
+    far = max(ends, key=lambda end: float(np.linalg.norm(end)), default=xyz)
+    if float(np.linalg.norm(far)) < float(np.linalg.norm(xyz)) + _LONG:
+        return (0.0, 0.0, 0.0)
+    x, y, z = (float(round(part, 4)) + 0.0 for part in R.T @ (far - xyz))
+    return (x, y, z)
 
 
 def _bare(link: Element | None) -> bool:
@@ -77,21 +93,26 @@ def _distance(end: End) -> float:
 
 def _ends(tree: UrdfTree, link: str, without: set[str]) -> Iterator[End]:
     """Ends of a link and of all that fixed joints hold to it, in its frame, m."""
-    places, inside, open_ = {link: (np.zeros(3), np.eye(3))}, tree.subtree(link, fixed=True), [link]
-    yield places[link][0], 0.0
-    while open_:
-        name = open_.pop()
-        xyz, R = places[name]
+    for name, (xyz, R) in _frames(tree, link, without).items():
+        yield xyz, 0.0
         element = tree.link(name)
         for point, radius in _drawn(tree, element) if element is not None else ():
             yield xyz + R @ point, radius
+
+
+def _frames(tree: UrdfTree, link: str, without: set[str]) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Origins (3,), m, and axes (3, 3) of a link and of all that fixed joints hold to it, in its frame."""
+    places, inside, open_ = {link: (np.zeros(3), np.eye(3))}, tree.subtree(link, fixed=True), [link]
+    while open_:
+        name = open_.pop()
+        xyz, R = places[name]
         for joint in tree.below(name):
             child = tree.end(joint, "child") or ""
             if child in inside and child not in without and child not in places:
                 at, turned = tree.place(joint)
                 places[child] = (xyz + R @ at, R @ turned)
-                yield places[child][0], 0.0
                 open_.append(child)
+    return places
 
 
 def _drawn(tree: UrdfTree, link: Element) -> Iterator[End]:

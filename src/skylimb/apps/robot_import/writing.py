@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import collections.abc
 from dataclasses import replace
 from pathlib import Path
 
 import tomli_w
 
 from skylimb.apps.robot_import.checking import RobotReport, check_robot_file, flight_tables
+from skylimb.apps.robot_import.mapping import Mapping, Role
 from skylimb.apps.robot_import.picture import draw_robot
 from skylimb.apps.robot_import.proposal import URDF_NAME
 from skylimb.apps.robot_import.report import report_text
@@ -17,7 +18,7 @@ from skylimb.base.files import new_folder, require_new
 from skylimb.base.sources import read_source
 from skylimb.robots.flight_file import FlightFile
 from skylimb.robots.links_file import links_text
-from skylimb.robots.loader import FLIGHT_FILE, read_description
+from skylimb.robots.loader import FLIGHT_FILE, describe
 from skylimb.robots.urdf import read_urdf
 
 CHECK, PICTURE, MAPPING = "check.txt", "robot.png", "mapping.toml"
@@ -27,9 +28,9 @@ def import_robot(
     path: str | Path,
     out: str | Path,
     packages: str | Path | None = None,
-    mapping: str | Path | None = None,
+    mapping: str | Path | Mapping | None = None,
     *,
-    args: Mapping[str, str] | None = None,
+    args: collections.abc.Mapping[str, str] | None = None,
     mend: bool = False,
 ) -> RobotReport:
     """Check a description and write it as a robot that `load_robot` and `--set robot=DIR` take.
@@ -55,16 +56,18 @@ def import_robot(
     with new_folder(out) as folder:
         (folder / URDF_NAME).write_bytes(report.urdf)
         (folder / FLIGHT_FILE).write_text(_flight_text(report.flight, report), encoding="utf-8")
-        (folder / MAPPING).write_text(mapping_text(report.flight), encoding="utf-8")
+        (folder / MAPPING).write_text(mapping_text(report.flight, report.roles), encoding="utf-8")
         (folder / CHECK).write_text(report_text(report) + "\n", encoding="utf-8")
         for name, content in report.meshes.items():
             (folder / name).parent.mkdir(exist_ok=True)
             (folder / name).write_bytes(content)
         urdf = read_source(folder / URDF_NAME)
-        links = links_text(urdf, None, read_urdf(urdf), urdf.path.parent)
+        tree = read_urdf(urdf)
+        links = links_text(urdf, None, tree, urdf.path.parent)
         (folder / URDF_NAME).with_suffix(".links.json").write_text(links, encoding="utf-8")
-        # Meshes that were turned into another kind are drawn as well.
-        draw_robot(replace(report, description=read_description(folder)), folder / PICTURE)
+        # Meshes that were turned into another kind are drawn as well, and a robot that cannot be is, too.
+        drawn = describe(report.flight, read_source(folder / FLIGHT_FILE), urdf, tree)
+        draw_robot(replace(report, description=drawn), folder / PICTURE)
     return report
 
 
@@ -78,15 +81,15 @@ def _flight_text(flight: FlightFile, report: RobotReport) -> str:
     )
 
 
-def mapping_text(flight: FlightFile) -> str:
-    """A mapping file that says what was recognised or proposed, to be changed and handed to --mapping."""
+def mapping_text(flight: FlightFile, roles: collections.abc.Mapping[str, Role]) -> str:
+    """A mapping file that says what was recognised or proposed, to be changed and handed to --mapping.
+
+    Args:
+        flight: as it was proposed.
+        roles: of all joints that move in the file, by name: one that is left out would be guessed anew.
+    """
     tables = flight_tables(flight)
     shape, vectoring = tables.get("shape", {}), tables.get("vectoring", {})
-    joints = [
-        {"name": name, "role": role}
-        for role, table in (("shape", shape), ("vectoring", vectoring))
-        for name in table.get("joints", ())
-    ]
     known = {
         "name": flight.name,
         "shape_servo": shape.get("servo"),
@@ -95,7 +98,7 @@ def mapping_text(flight: FlightFile) -> str:
         "tip": tables["tip"],
         "imu": tables.get("imu"),
         "posture": tables.get("posture"),
-        "joints": joints,
+        "joints": [{"name": name, "role": role} for name, role in roles.items()],
         "rotors": tables["rotors"],
     }
     said = {key: value for key, value in known.items() if value is not None}

@@ -26,6 +26,8 @@ CONTACT = "contact"
 """Purpose of vectoring angles with which a robot may stand on the other side."""
 
 _NEWTON_STEPS = 2
+_STILL = 1e-9
+"""Change of the reach that is rounding, m."""
 _WIDEST, _NARROWEST = 0.35, 0.02
 """How far theta of a family that is sought goes to both sides, at most and at least, rad."""
 
@@ -119,6 +121,11 @@ class ReachFamily:
         grid = np.linspace(self.theta_min, self.theta_max, 201)
         reach = np.array([self.reach(theta) for theta in grid])
         steps = np.diff(reach)
+        if np.ptp(reach) < _STILL:
+            raise DescriptionError(
+                f"the joints of '{robot.name}' ({', '.join(robot.description.shape_joints)}) do not move its "
+                f"tip ahead in its family of postures: the reach stays {reach[0]:.4g} m"
+            )
         if not (np.all(steps > 0.0) or np.all(steps < 0.0)):
             turning = grid[np.argmax(reach) if steps[0] > 0.0 else np.argmin(reach)]
             raise DescriptionError(
