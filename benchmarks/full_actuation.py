@@ -363,7 +363,7 @@ TASKS = (
         {},
         ceiling_draw,
         lambda run, takeoff, flight: {},
-        "following",
+        None,
     ),
 )
 

@@ -84,22 +84,62 @@ def test_without_a_reference_of_the_moment_nothing_is_late():
 RADIUS = 0.3
 
 
-def around_a_post(turned):
-    """A log of a way once around a post at an even speed, by a pen that is at some angles (2000,), rad."""
+def around_a_post(turned, beside=0.0):
+    """A log of a way once around a post at an even speed, by a pen at some angles (2000,), rad.
+
+    The post lies so far `beside` its believed place, m. The angles are about that place.
+    """
     log = drawn(0.5, EVEN)
     even = np.linspace(-np.pi, np.pi, 2000)
-    for name, angle in (("tip_position_reference", even), ("tip_position", turned)):
-        points = np.stack([RADIUS * (1.0 - np.cos(angle)), RADIUS * np.sin(angle), 0.0 * angle], axis=1)
+    touched = beside * np.sin(turned) + np.sqrt(RADIUS**2 - (beside * np.cos(turned)) ** 2)
+    for name, angle, far in (("tip_position_reference", even, RADIUS), ("tip_position", turned, touched)):
+        points = np.stack([RADIUS - far * np.cos(angle), far * np.sin(angle), 0.0 * angle], axis=1)
         log[name] = (("time", "axis"), points)
     return log.assign_attrs(wrap_radius=RADIUS)
 
 
-def test_a_pen_that_stays_before_its_post_does_not_go_around_it():
+def seen_as_all_around():
+    """Angles of a pen that goes from the front to one side, to the other, and back: never behind its post."""
     even = np.linspace(-np.pi, np.pi, 2000)
-    before = np.where(abs(even) > 0.5 * np.pi, np.pi - even, even)  # seen from before the post it is the same
-    scores = metrics(around_a_post(before))
+    return np.where(abs(even) > 0.5 * np.pi, np.sign(even) * np.pi - even, even)
+
+
+def test_a_pen_that_stays_before_its_post_does_not_go_around_it():
+    scores = metrics(around_a_post(seen_as_all_around()))
     assert not scores["checks"]["behind"]["kept"]
     assert scores["pen_behind"] > 0.25
-    late = metrics(around_a_post(even - 0.1))
+    late = metrics(around_a_post(np.linspace(-np.pi, np.pi, 2000) - 0.1))
     assert late["checks"]["behind"]["kept"]
-    assert late["pen_behind"] == pytest.approx(RADIUS * np.sin(0.1))
+    assert late["pen_behind"] == pytest.approx(RADIUS * 0.1)
+
+
+def test_a_line_around_a_post_is_as_long_as_the_way_around_it():
+    """Seen from before the post it would be twice its width, with its back on its front."""
+    even = np.linspace(-np.pi, np.pi, 2000)
+    scores = metrics(around_a_post(even))
+    assert scores["line_length"] == pytest.approx(2.0 * np.pi * RADIUS, rel=1e-3)
+    assert scores["line_shape"] == pytest.approx(0.0, abs=1e-6)
+    assert scores["done"]
+
+
+@pytest.mark.parametrize("beside", [-0.008, 0.0, 0.008])
+def test_a_post_beside_its_place_is_no_error_of_the_line(beside):
+    """The pen goes on to each angle about the post that was believed in until it touches the true one.
+
+    Seen from before it the line would be 8 mm beside its place, and what it overshoots its end by on top.
+    """
+    even = np.linspace(-np.pi, np.pi + 0.015 / RADIUS, 2000)
+    scores = metrics(around_a_post(even, beside))
+    assert scores["done"], scores["missed"]
+
+
+@pytest.mark.parametrize(
+    "turned",
+    [
+        seen_as_all_around(),
+        np.pi * (EVEN - 1.0),  # half the way
+        np.pi * (2.0 * EVEN - 1.0) - 0.8 * np.maximum(EVEN - 0.9, 0.0),  # 24 mm short of its end
+    ],
+)
+def test_a_line_that_is_not_all_around_its_post_is_missed(turned):
+    assert not metrics(around_a_post(turned))["checks"]["strokes"]["kept"]

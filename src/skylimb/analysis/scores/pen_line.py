@@ -1,13 +1,14 @@
 """How well the pen drew its reference line, seen along the contact axis.
 
 Everything here lives in the sliding plane: (u, v) along the log's sliding axes about its `path_center`, m. So
-a line on a curved surface is judged as one sees it from the robot.
+a line on a curved surface is judged as one sees it from the robot. A path around a post is unrolled from the
+post that it is bent around: seen from before it, its back would lie on its front.
 """
 
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from skylimb.analysis.scores.signals import (
     in_contact,
     in_phase,
     phase_names,
+    post_axis,
     sliding_axes,
     stretches,
 )
@@ -91,7 +93,7 @@ def marks(log: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     if "tip_position" not in log:
         return np.zeros(0, dtype=int), np.zeros((0, 2))
     samples = np.flatnonzero(in_contact(log))
-    points = in_plane(log, log.tip_position.values[samples])
+    points = in_plane(log, log.tip_position.values, samples)
     finite = np.isfinite(points).all(axis=1)
     return samples[finite], points[finite]
 
@@ -106,7 +108,7 @@ def reference_line(log: xr.Dataset) -> list[np.ndarray]:
     if "reference_line" in log:
         return [part for part in between_gaps(log.reference_line.values) if len(part) > 1]
     if "tip_position_reference" in log:
-        path = in_plane(log, log.tip_position_reference.values[in_phase(log, "slide")])
+        path = in_plane(log, log.tip_position_reference.values, in_phase(log, "slide"))
     elif {"tip_position", "cog_position", "cog_position_reference"} <= set(log.variables):
         path = in_plane(log, nominal_path(log, None))
     else:
@@ -128,11 +130,43 @@ def as_seen(log: xr.Dataset, points: np.ndarray) -> np.ndarray:
     return points * [1.0 if u.vector @ right > 0.0 else -1.0, 1.0]
 
 
-def in_plane(log: xr.Dataset, points: np.ndarray) -> np.ndarray:
-    """(u, v) of points in W, (n, 3), about the middle of the path, m, (n, 2)."""
+def in_plane(log: xr.Dataset, points: np.ndarray, samples: Any = slice(None)) -> np.ndarray:
+    """(u, v) of points in W about the middle of the path, m, (n, 2).
+
+    Args:
+        log: a run's log.
+        points: (k, 3), m; around a post those of every sample: their way tells in which turn they are.
+        samples: that are asked for, as an index of `points`.
+    """
     middle = log.attrs.get("path_center")
     offset = np.asarray(json.loads(middle) if middle else np.zeros(3), dtype=float)
-    return np.stack([axis.along(points - offset) for axis in sliding_axes(log)], axis=1)
+    plane = np.stack([axis.along(points[samples] - offset) for axis in sliding_axes(log)], axis=1)
+    post = post_axis(log)
+    if post is not None:
+        plane[:, 0] = float(log.attrs["wrap_radius"]) * _turned(log, points, post)[samples]
+    return plane
+
+
+def _turned(log: xr.Dataset, points: np.ndarray, post: np.ndarray) -> np.ndarray:
+    """Angles of points (n, 3) around a post, rad, (n,); 0 at the middle of the path.
+
+    They begin in the turn in which the reference begins, and that has its middle within half a turn of 0.
+    """
+    a, u = contact_axis(log).vector, sliding_axes(log)[0].vector
+
+    def way(places: np.ndarray) -> np.ndarray:
+        angles = np.arctan2((places - post) @ u, (post - places) @ a)
+        known = np.isfinite(angles)
+        angles[known] = np.unwrap(angles[known])
+        return angles
+
+    def in_turn(angles: np.ndarray, place: float) -> np.ndarray:
+        return angles - 2.0 * np.pi * np.round(place / (2.0 * np.pi))
+
+    wanted = way(log.tip_position_reference.values if "tip_position_reference" in log else points)
+    wanted = in_turn(wanted, 0.5 * (np.nanmin(wanted) + np.nanmax(wanted)))
+    found = way(points)
+    return in_turn(found, found[np.isfinite(found)][0] - wanted[0]) if np.isfinite(found).any() else found
 
 
 def dense(line: np.ndarray, pitch: float = PITCH) -> np.ndarray:

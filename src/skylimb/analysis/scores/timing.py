@@ -8,7 +8,6 @@ for shows in how far the pen is from its reference of the moment.
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,17 +15,7 @@ from skylimb.analysis.recording.run import Run
 from skylimb.analysis.scores.fit import Allowed, extent
 from skylimb.analysis.scores.pen_line import in_plane, reference_line
 from skylimb.analysis.scores.score import TIMING, Score, Tolerance, metric
-from skylimb.analysis.scores.signals import (
-    NoNumberError,
-    in_phase,
-    post_axis,
-    recorded,
-    sliding_axes,
-    while_sliding,
-)
-
-if TYPE_CHECKING:
-    import xarray as xr
+from skylimb.analysis.scores.signals import NoNumberError, in_phase, recorded
 
 PART = 0.95
 """Share of the sliding period in which the pen is no farther from its reference than the score says."""
@@ -58,26 +47,14 @@ def _allowed(run: Run) -> float:
 )
 def pen_behind(run: Run) -> float:
     """Along the sliding axes of the moment, in touch or not; how far the surface is nobody knew before."""
-    pen, wanted = (while_sliding(run.log, name) for name in ("tip_position", "tip_position_reference"))
-    axis = post_axis(run.log)
-    if axis is None:
-        off = in_plane(run.log, pen) - in_plane(run.log, wanted)
-    else:
-        off = _around(run.log, axis, pen - wanted, wanted)
-    away = np.linalg.norm(off, axis=1)
+    sliding = np.flatnonzero(in_phase(run.log, "slide"))
+    pen, wanted = (
+        in_plane(run.log, recorded(run.log, name), sliding)
+        for name in ("tip_position", "tip_position_reference")
+    )
+    away = np.linalg.norm(pen - wanted, axis=1)
     away = away[np.isfinite(away)]
     return float(np.quantile(away, PART)) if len(away) else np.nan
-
-
-def _around(log: xr.Dataset, axis: np.ndarray, away: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Components of vectors (n, 3) around and along the post with this axis, (n, 2).
-
-    Seen along the contact axis of the path's middle, what is behind the post lies on what is before it.
-    """
-    upright = sliding_axes(log)[1].vector
-    around = np.cross(upright, axis - places)
-    around /= np.linalg.norm(around, axis=1, keepdims=True)
-    return np.stack([np.sum(away * around, axis=1), away @ upright], axis=1)
 
 
 @metric(
