@@ -4,6 +4,7 @@ import ast
 import functools
 import graphlib
 import importlib
+import inspect
 import itertools
 import re
 import shlex
@@ -13,6 +14,7 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from importlib.metadata import packages_distributions
 from pathlib import Path
+from typing import get_type_hints
 
 import pytest
 
@@ -20,6 +22,8 @@ import skylimb
 from skylimb.apps.cli.arguments import parse
 from skylimb.apps.cli.verbs import VERBS
 from skylimb.base.errors import EXTRAS
+from skylimb.control.laws import Laws
+from skylimb.control.laws.slots import SLOTS, traced_functions
 
 ROOT = Path(__file__).parents[1]
 DOCUMENTS = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "docs").rglob("*.md")])
@@ -236,6 +240,19 @@ def test_files_in_the_guide_are_what_they_say(tmp_path: Path, monkeypatch: pytes
         cascade = skylimb.load_controller("spring.toml", robot, {"translation.law": law})
         assert bool(cascade.in_python) == (law == "splined.py")  # type: ignore[attr-defined]
     assert {name for name, _ in written} == {path.name for path in tmp_path.glob("*.*")}
+
+
+def test_the_guide_of_laws_calls_their_functions_as_the_slots_do() -> None:
+    rows = re.findall(
+        r"^\| ([a-z, ]+) \| (`(?:step|aim)\(.*) \|$", (ROOT / "docs/extending_laws.md").read_text(), re.M
+    )
+    told = {slot: {*re.findall(r"`(.+?)`", calls)} for slots, calls in rows for slot in slots.split(", ")}
+    for slot, kind in get_type_hints(Laws).items():
+        made = {
+            name: [*inspect.signature(getattr(kind, name)).parameters][1:] for name in traced_functions(slot)
+        }
+        assert told[slot] == {f"{name}({', '.join(arguments)})" for name, arguments in made.items()}, slot
+    assert set(told) == set(SLOTS)
 
 
 def test_the_paper_map_names_what_there_is() -> None:

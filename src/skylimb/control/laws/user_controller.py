@@ -18,6 +18,7 @@ import numpy as np
 from skylimb.base.config import to_mapping, with_overrides
 from skylimb.base.errors import ConfigError, UserCodeError
 from skylimb.base.keys import Table, tables_of
+from skylimb.base.keys.settings import settings_class
 from skylimb.base.packing import numeric, structure
 from skylimb.base.signals import Signal, declared_signals
 from skylimb.base.sources import Source
@@ -80,6 +81,7 @@ class UserController:
         if self._settings is None:
             self._gains = given
             return
+        settings_class(type(self._settings), "gains()", self.what)
         for field in dataclasses.fields(self._settings):
             if field.name in _RESERVED:
                 raise ConfigError(f"{self.what}: a gain cannot be called '{field.name}'; choose another name")
