@@ -100,7 +100,8 @@ def test_it_is_said_once_with_its_cost_and_its_reason(
     (said,) = caplog.messages
     assert said.startswith("translation law 'plain.py' flies in Python, ")
     assert re.search(
-        r" us a tick \(0\.\d+ control periods(, at worst \d[\d.]*)?\): .*plain\.py, line \d+, `float\(K\[0\]\)`: "
+        r" us a tick \(0\.\d+ control periods(, at worst \d[\d.]*)?\): "
+        r".*plain\.py, line \d+, `float\(K\[0\]\)`: "
         r"float\(\), the functions",
         said,
     )
