@@ -20,7 +20,6 @@ from skylimb.base.errors import ConfigError, UserCodeError
 from skylimb.base.keys import Table, tables_of
 from skylimb.base.keys.settings import settings_class
 from skylimb.base.packing import numeric, structure
-from skylimb.base.record_tree import mapped
 from skylimb.base.signals import Signal, declared_signals
 from skylimb.base.sources import Source
 from skylimb.base.split_function import Asked
@@ -269,14 +268,15 @@ def user_controller(
 
 
 def _to_read(record: R) -> R:
-    """The same record, whose arrays cannot be written to."""
-    return mapped(record, "", lambda _, leaf: _fixed(leaf) if isinstance(leaf, np.ndarray) else leaf)
-
-
-def _fixed(array: np.ndarray) -> np.ndarray:
-    view = array.view()
-    view.flags.writeable = False
-    return view
+    """The same record of arrays and numbers, whose arrays cannot be written to; asked at every tick."""
+    if isinstance(record, np.ndarray):
+        record = record.view()
+        record.flags.writeable = False
+        return record
+    if not isinstance(record, tuple):
+        return record
+    parts = map(_to_read, record)
+    return record._make(parts) if hasattr(record, "_make") else tuple(parts)  # type: ignore[attr-defined]
 
 
 def _identity(value: Any) -> Hashable:
