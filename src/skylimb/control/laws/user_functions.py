@@ -17,7 +17,7 @@ from skylimb.base.keys.settings import settings_class
 from skylimb.base.packing import with_floats
 from skylimb.base.record_tree import below, children_of, is_leaf
 from skylimb.base.signals import declared_signals
-from skylimb.base.user_code import UserCode, guarded
+from skylimb.base.user_code import Place, UserCode, guarded
 from skylimb.base.user_modules import sources_of_module
 from skylimb.symbolic import is_symbolic, matrix, symbols_are_no_numbers, vector
 
@@ -91,8 +91,11 @@ def _require_function(function: Any, name: str, arguments: Sequence[str], what: 
     try:
         signature.bind(*arguments)
     except TypeError:
+        code = getattr(function, "__code__", None)
+        place = f" in {Place(code.co_filename, code.co_firstlineno)}" if code else ""
         raise UserCodeError(
-            f"{what}: {name}({', '.join(signature.parameters)}) is called as {name}({', '.join(arguments)})"
+            f"{what}{place}: {name}({', '.join(signature.parameters)}) is called as "
+            f"{name}({', '.join(arguments)})"
         ) from None
 
 
