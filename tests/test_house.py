@@ -4,6 +4,7 @@ import ast
 import functools
 import graphlib
 import importlib
+import inspect
 import itertools
 import re
 import shlex
@@ -13,6 +14,7 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from importlib.metadata import packages_distributions
 from pathlib import Path
+from typing import Any, get_type_hints
 
 import pytest
 
@@ -20,6 +22,9 @@ import skylimb
 from skylimb.apps.cli.arguments import parse
 from skylimb.apps.cli.verbs import VERBS
 from skylimb.base.errors import EXTRAS
+from skylimb.control.laws import Laws
+from skylimb.control.laws.slots import SLOTS, traced_functions
+from skylimb.flight.loading import load_flight
 
 ROOT = Path(__file__).parents[1]
 DOCUMENTS = sorted([ROOT / "README.md", ROOT / "CHANGELOG.md", *(ROOT / "docs").rglob("*.md")])
@@ -29,6 +34,9 @@ LOOKED_UP = {"keys.md", "faults.md"}
 """Pages of tables that programs write, longer than anybody reads at once."""
 OPTIONAL = ("compiler", *EXTRAS)
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+
+FLOWN = ("skylimb run", "skylimb compare", "skylimb draw", "skylimb fly", "skylimb plan")
+"""Commands that name an experiment, controllers and keys."""
 
 documents = pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
 
@@ -184,21 +192,66 @@ def test_the_search_of_the_site_knows_keys_by_their_parts_and_scores_as_a_whole(
     assert {"approach", "standoff", "0.25", "pen_behind"} <= {*words}
 
 
+def commands(document: Path) -> list[str]:
+    """Every command that a page shows: to be typed, in a text, or within a sentence."""
+    text = document.read_text(encoding="utf-8").replace("\\\n", " ")
+    typed = "".join(blocks(text, "(?:console|sh)")).splitlines()
+    shown = re.findall(r"^(?:\$ )?(skylimb [^:\n]*)$", "".join(blocks(text, "text")), re.MULTILINE)
+    # What is told of former days need not be typed today.
+    told = (
+        [] if document.name == "CHANGELOG.md" else re.findall(r"`(skylimb [a-z][^`]*)`", without_code(text))
+    )
+    return [*filter(None, typed), *shown, *told]
+
+
+def typed(line: str) -> tuple[str, Any]:
+    """Program of a command, and where it is skylimb the verb with its arguments filled in."""
+    program, *words = shlex.split(line.replace("...", ""), comments=True)
+    if program != "skylimb":
+        return program, words
+    verb, *rest = words
+    if rest and f"{verb} {rest[0]}" in VERBS:
+        verb, *rest = f"{verb} {rest[0]}", *rest[1:]
+    return program, parse(verb, VERBS[verb], rest) if rest else VERBS[verb]
+
+
 @documents
 def test_commands_in_the_documents_can_be_typed(document: Path) -> None:
     made = re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
-    lines = "".join(blocks(document.read_text(encoding="utf-8"), "console")).splitlines()
-    for line in lines:
-        program, *words = shlex.split(line)
+    for line in commands(document):
+        program, words = typed(line)
         if program == "make":
             assert set(words) <= set(made), line
-        elif program == "skylimb":
-            verb, *rest = words
-            if rest and f"{verb} {rest[0]}" in VERBS:
-                verb, *rest = f"{verb} {rest[0]}", *rest[1:]
-            assert parse(verb, VERBS[verb], rest), line
         else:
-            assert program in {".", "python"}, line
+            assert program in {".", "python", "skylimb"}, line
+
+
+def test_experiments_controllers_and_keys_in_the_documents_are_those_that_there_are(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    guides = "\n".join(
+        path.read_text(encoding="utf-8") for path in sorted((ROOT / "docs").glob("extending*.md"))
+    )
+    for name, text in re.findall(r"^```\w+\n# file: (\S+)\n(.*?)^```", guides, re.DOTALL | re.MULTILINE):
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    loaded = set[str]()
+    for line in sorted(set(itertools.chain.from_iterable(map(commands, DOCUMENTS)))):
+        program, call = typed(line)
+        if program != "skylimb" or not line.startswith(FLOWN):
+            continue
+        defaults = {one.name: one.default for one in inspect.signature(call).parameters.values()}
+        given: dict[str, Any] = {**defaults, **getattr(call, "keywords", {})}
+        experiment = given.get("experiment", given.get("surface", "paper"))
+        controller = given.get("controllers", given.get("controller"))
+        controllers = [controller] if controller is None or isinstance(controller, str) else controller
+        files = [name for name in (experiment, *controllers) if name and ("/" in name or "." in name)]
+        if all(Path(name).exists() for name in files) and "robots/mine" not in line:
+            for name in controllers:
+                load_flight(experiment, name, given.get("seed"), given.get("set"))
+            loaded.add(line)
+    assert len(loaded) > 50
 
 
 @documents
@@ -212,11 +265,12 @@ def test_files_that_the_documents_name_exist(document: Path) -> None:
 def test_python_in_the_documents_runs() -> None:
     ran = 0
     for document in DOCUMENTS:
+        names: dict[str, Any] = {}  # a block goes on from those before it
         for code in blocks(document.read_text(encoding="utf-8"), "python"):
-            if code.startswith("import skylimb"):
-                exec(compile(code, str(document), "exec"), {})
+            if code.startswith(("import ", "from ")):
+                exec(compile(code, str(document), "exec"), names)
                 ran += 1
-    assert ran > 3
+    assert ran > 12
 
 
 def test_files_in_the_guide_are_what_they_say(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -236,6 +290,19 @@ def test_files_in_the_guide_are_what_they_say(tmp_path: Path, monkeypatch: pytes
         cascade = skylimb.load_controller("spring.toml", robot, {"translation.law": law})
         assert bool(cascade.in_python) == (law == "splined.py")  # type: ignore[attr-defined]
     assert {name for name, _ in written} == {path.name for path in tmp_path.glob("*.*")}
+
+
+def test_the_guide_of_laws_calls_their_functions_as_the_slots_do() -> None:
+    rows = re.findall(
+        r"^\| ([a-z, ]+) \| (`(?:step|aim)\(.*) \|$", (ROOT / "docs/extending_laws.md").read_text(), re.M
+    )
+    told = {slot: {*re.findall(r"`(.+?)`", calls)} for slots, calls in rows for slot in slots.split(", ")}
+    for slot, kind in get_type_hints(Laws).items():
+        made = {
+            name: [*inspect.signature(getattr(kind, name)).parameters][1:] for name in traced_functions(slot)
+        }
+        assert told[slot] == {f"{name}({', '.join(arguments)})" for name, arguments in made.items()}, slot
+    assert set(told) == set(SLOTS)
 
 
 def test_the_paper_map_names_what_there_is() -> None:

@@ -116,7 +116,7 @@ def test_a_flight_in_python_says_why_and_what_a_tick_costs(
     run = skylimb.run("paper", written(tmp_path), set=HOLD)
     (said,) = [record.getMessage() for record in caplog.records if record.name == "skylimb.flight.flying"]
     assert re.fullmatch(
-        r"controller 'own' flies in Python, \d+ us a tick \(.* the control period.*\): "
+        r"controller 'own' flies in Python, \d+ us a tick \(.* control periods.*\): "
         r".*own\.py, line 11, `if measurement\..*where.*",
         said,
     )

@@ -11,7 +11,7 @@ import skylimb
 from skylimb.analysis.recording.origin import changes_since, moved
 from skylimb.analysis.report.output import write_comparison, write_run
 from skylimb.apps.cli.main import main
-from skylimb.base.errors import OutputError
+from skylimb.base.errors import ConfigError, OutputError
 from skylimb.flight.experiments.experiment import experiment_with, load_experiment
 from skylimb.robots import SHIPPED
 
@@ -143,6 +143,24 @@ def test_it_is_flown_again_from_there_bit_by_bit(
     # A run that was read back and written elsewhere can be flown again as well.
     write_run(skylimb.Run.load(folder), tmp_path / "copy")
     assert load_experiment(str(tmp_path / "copy" / "config.toml")).recorded == {}
+
+
+def test_a_law_for_a_preset_that_ships_is_sought_where_the_user_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mine = written(tmp_path / "mine")
+    monkeypatch.chdir(tmp_path)
+    own = {"stop_at": 1.0, "controller.translation.law": "mine/spring.py"}
+    run = skylimb.run("mine/short.toml", "hybrid", set=own)
+    write_run(run, tmp_path / "kept")
+    shutil.rmtree(mine)
+    assert same_bits(run, skylimb.run(str(tmp_path / "kept" / "config.toml")))
+    with pytest.raises(ConfigError, match=r"mine/spring\.py' does not exist"):
+        skylimb.load_controller(
+            "hybrid",
+            skylimb.load_robot("hydrus_xi_quad"),
+            {"translation.law": own["controller.translation.law"]},
+        )
 
 
 def test_an_edited_copy_is_told(flown: tuple[skylimb.Run, Path], tmp_path: Path) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -53,15 +53,15 @@ def writer_of(
 
     def write_same(value: Any) -> None:
         if value is not node and value != node:
-            raise _odd(path, repr(value), repr(node))
+            entries = [_named(list(one)) if isinstance(one, dict) else repr(one) for one in (value, node)]
+            raise _odd(path, *entries)
 
     def write_parts(value: Any) -> None:
         if type(value) is not kind:
             raise _odd(path, _kind(value), _kind(node))
         known = (len(value) == len(names)) if isinstance(value, tuple) else dict(children_of(value))
         if known is False or (known is not True and known.keys() != set(names)):
-            got = ", ".join(name for name, _ in children_of(value)) or "nothing"
-            raise _odd(path, got, ", ".join(names))
+            raise _odd(path, _named([name for name, _ in children_of(value)]), _named(names))
         children = value if known is True else [known[name] for name in names]
         for write, child in zip(writers, children, strict=True):
             write(child)
@@ -83,6 +83,10 @@ def _array(value: Any, path: str, shape: tuple[int, ...]) -> np.ndarray:
 
 def _odd(path: str, got: str, expected: str) -> ValueError:
     return ValueError(f"{path}{path and ': '}got {got}, expected {expected}")
+
+
+def _named(names: Sequence[str]) -> str:
+    return f"the entries {', '.join(names)}" if names else "no entries"
 
 
 def _sized(shape: tuple[int, ...]) -> str:

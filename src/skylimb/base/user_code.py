@@ -7,7 +7,6 @@ traceback hangs on it as its cause: `skylimb --debug` prints it.
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import inspect
 import linecache
@@ -61,6 +60,8 @@ _REMEDIES = (
 )
 """What a message of CasADi's says, and what to do about it."""
 
+_READ_ONLY = "what is given cannot be written to: work on a copy, as in `x = x + dx` in place of `x += dx`"
+
 
 _SPEAK_FOR_THEMSELVES = (_NO_FLOAT, "truth value of a CasADi", "Implicit conversion of symbolic")
 """Messages in whose place the remedy alone is shown."""
@@ -75,6 +76,7 @@ class Place(NamedTuple):
     @property
     def source(self) -> str:
         """The line's text; empty where the file cannot be read."""
+        linecache.checkcache(self.file)  # in a notebook a file is edited between two flights
         return linecache.getline(self.file, self.line).strip()
 
     def __str__(self) -> str:
@@ -117,25 +119,6 @@ def guarded(function: F, what: str) -> F:
             return function(*given, **named)
 
     return call  # type: ignore[return-value]  # the same signature
-
-
-def settings_class(found: Any, name: str, what: str) -> type:
-    """What a user's file has as the class of its settings.
-
-    Args:
-        found: what stands there.
-        name: of it in the file.
-        what: the file's part in messages, for example "translation law 'spring.py'".
-
-    Raises:
-        UserCodeError: when it is no dataclass.
-    """
-    if isinstance(found, type) and dataclasses.is_dataclass(found):
-        return found
-    known = f"a class {found.__name__} without it" if isinstance(found, type) else type(found).__name__
-    raise UserCodeError(
-        f"{what}: {name} should be a class with @configuration or @dataclass(frozen=True); it is {known}"
-    )
 
 
 def returned(function: Callable[..., Any], *given: Any) -> tuple[Any, Place | None]:
@@ -193,6 +176,7 @@ def described(error: Exception | SystemExit) -> str:
     for pattern, remedy in _REMEDIES if symbols else ():
         if re.search(pattern, text):
             return remedy if pattern in _SPEAK_FOR_THEMSELVES else f"{text}; {remedy}"
+    text = f"{text}; {_READ_ONLY}" if isinstance(error, ValueError) and "read-only" in text else text
     return f"{type(error).__name__}: {text}".removesuffix(": ")
 
 

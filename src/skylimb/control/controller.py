@@ -16,7 +16,15 @@ from skylimb.control.calibrated import calibrated
 from skylimb.control.cascade import Cascade, build_cascade
 from skylimb.control.corrections import CALIBRATION, Corrections
 from skylimb.control.estimation.records import Measurement
-from skylimb.control.laws.preset import IMU, IMU_KEY, ROBOTS, of_case, preset_from_mapping, preset_mapping
+from skylimb.control.laws.preset import (
+    IMU,
+    IMU_KEY,
+    ROBOTS,
+    law_folder,
+    of_case,
+    preset_from_mapping,
+    preset_mapping,
+)
 from skylimb.control.laws.slots import find_law, keys_of_law
 from skylimb.control.laws.user_controller import (
     CompiledUserController,
@@ -135,7 +143,7 @@ def cascade_from_tables(
     Args:
         tables: of the preset; what they say of this robot, or of an IMU that an override switches on
             (`preset.of_case`), counts like an override.
-        path: their file, which a law given by path is sought beside.
+        path: their file, which says where a law given by path is sought (`preset.law_folder`).
         robot: the model that the controller believes in.
         overrides: dotted keys and their new values. Where one names another law for a slot, the slot keeps
             those of the preset's keys that the new law has, and takes its defaults for the rest.
@@ -164,7 +172,7 @@ def _change(mapping: dict[str, Any], changes: Mapping[str, Any], path: Path) -> 
     for key in changes:
         slot, _, rest = key.partition(".")
         if rest == "law":
-            kept = kept_by_laws(flatten({slot: mapping.get(slot, {})}), changes, path.parent)
+            kept = kept_by_laws(flatten({slot: mapping.get(slot, {})}), changes, law_folder(path))
             mapping[slot] = {}
             for name, gain in kept.items():
                 put(mapping, name, gain)

@@ -23,7 +23,7 @@ from skylimb.base.keys import Key, Vector3, configuration
 from skylimb.base.rotations import quaternion_product
 from skylimb.base.sources import read_source
 from skylimb.control.estimation.records import Measurement
-from skylimb.control.laws.preset import DEFAULT_LAWS
+from skylimb.control.laws.preset import DEFAULT_LAWS, law_folder
 from skylimb.control.laws.slots import find_law, keys_of_law
 from skylimb.control.records import Command
 from skylimb.robots.description import Rotor
@@ -177,7 +177,7 @@ def with_corrections(preset: Mapping[str, Any], path: Path, corrections: Correct
 
     Args:
         preset: the tables.
-        path: their file, which a law given by path is sought beside.
+        path: their file, which says where a law given by path is sought (`preset.law_folder`).
         corrections: what was found.
     """
     tables: dict[str, Any] = {**copy.deepcopy(dict(preset)), CALIBRATION: correction_table(corrections)}
@@ -185,7 +185,7 @@ def with_corrections(preset: Mapping[str, Any], path: Path, corrections: Correct
         slot, _, rest = key.partition(".")
         law = str(tables.get(slot, {}).get("law", DEFAULT_LAWS.get(slot)))
         value = float(getattr(corrections, name))
-        if value >= 0.0 and rest in keys_of_law(find_law(slot, law, path.parent)):
+        if value >= 0.0 and rest in keys_of_law(find_law(slot, law, law_folder(path))):
             put(tables, key, value)
     return tables
 

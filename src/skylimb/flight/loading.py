@@ -23,7 +23,7 @@ from skylimb.control.controller import (
     load_controller,
 )
 from skylimb.control.corrections import Calibrated, corrections_of
-from skylimb.control.laws.preset import preset_file, preset_names
+from skylimb.control.laws.preset import law_folder, preset_file, preset_names
 from skylimb.control.laws.slots import SLOTS
 from skylimb.flight.experiments.experiment import Experiment, experiment_with, load_experiment, robot_of
 from skylimb.flight.plan import FlightPlan, checked
@@ -147,7 +147,7 @@ def _adapted_preset(
     known = [*preset_names(), *added_names("controllers")]
     if name not in known:
         raise unknown_name(f"controller.{PRESET} of experiment {experiment}", name, known)
-    own = kept_by_laws(flatten(tables), gains, preset_file(name).parent)
+    own = kept_by_laws(flatten(tables), gains, law_folder(preset_file(name)))
     return load_controller(name, robot, {**own, **gains})
 
 

@@ -74,6 +74,79 @@ def test_gains_that_are_no_dataclass_are_named(tmp_path: Path, robot: Robot, gai
         read(tmp_path, robot, LAW.replace("@dataclass(frozen=True)\nclass Gains: ...", gains))
 
 
+@pytest.mark.parametrize(
+    ("field", "told"),
+    [
+        ("k: tuple = (1.0, 2.0)", "Gains.k is a tuple of what? Write tuple[float, float, float], or"),
+        ("k: dict = None", "Gains.k is a dict of what? Write dict[str, float]"),
+        ("k: np.ndarray = None", "Gains.k is of type ndarray, which no TOML file can say; write float,"),
+        ("k: tuple[complex, ...] = ()", "Gains.k is of type complex, which no TOML file can say"),
+        ("k: 'float | np.float64' = 1.0", "Gains.k is of type float64, which no TOML file can say"),
+        ("k: 'Nobodys' = 1.0", "a type in Gains cannot be read: NameError: name 'Nobodys' is not defined"),
+        ("law: float = 1.0", "a gain cannot be called 'law', which names the law in a preset"),
+    ],
+)
+def test_gains_are_of_types_that_a_file_can_say(tmp_path: Path, robot: Robot, field: str, told: str) -> None:
+    # Such a run could not be flown again from its config.toml.
+    with pytest.raises(UserCodeError, match=re.escape(f"translation law 'law.py': {told}")):
+        read(tmp_path, robot, LAW.replace("class Gains: ...", f"class Gains:\n    {field}"))
+
+
+def test_gains_of_every_type_that_a_file_can_say_are_read_back(tmp_path: Path, robot: Robot) -> None:
+    fields = (
+        "a: float = 1", "b: int = 2", "c: bool = True", "d: str = 'x'", "e: tuple[float, ...] = (1.0, 2.0)",
+        "f: typing.Sequence[float] = (1.0,)", "g: typing.Any = 2.0", "h: float | None = None",
+        "i: typing.Literal['x', 'y'] = 'y'", "j: typing.Optional[tuple[tuple[float, float], ...]] = None",
+    )  # fmt: skip
+    text = "import typing\n" + LAW.replace("class Gains: ...", "\n    ".join(("class Gains:", *fields)))
+    cascade = read(tmp_path, robot, text)
+    tables = cascade.tables()
+    (tmp_path / "again.toml").write_text(write_toml(tables), encoding="utf-8")
+    again: Any = load_controller(str(tmp_path / "again.toml"), robot)
+    assert again.tables()["translation"] == tables["translation"]
+
+
+@pytest.mark.parametrize(
+    ("function", "told"),
+    [
+        ("def step(state, inputs): ...", "step(state, inputs) is called as step(gains, state, inputs)"),
+        ("def initial_state(gains): ...", "initial_state(gains) is called as initial_state(gains, start)"),
+        ("def prepare(gains): ...", "prepare(gains) is called as prepare(gains, robot)"),
+        ("def needs(): ...", "needs() is called as needs(gains)"),
+        (
+            "def prepare(gains, robot): ...",
+            "step(gains, state, inputs) is called as step(gains, state, inputs, prepared)",
+        ),
+    ],
+)
+def test_a_function_with_other_arguments_is_told_how_it_is_called(
+    tmp_path: Path, robot: Robot, function: str, told: str
+) -> None:
+    with pytest.raises(UserCodeError, match=rf"^translation law 'law\.py' in .*: {re.escape(told)}$"):
+        read(tmp_path, robot, LAW + function)
+
+
+def test_a_law_is_called_as_its_slot_calls_it(tmp_path: Path, robot: Robot) -> None:
+    (tmp_path / "law.py").write_text(LAW, encoding="utf-8")
+    told = "step(gains, state, inputs) is called as step(gains, state, inputs, R_target)"
+    with pytest.raises(UserCodeError, match=re.escape(told)):
+        load_controller("hybrid", robot, {"attitude.law": str(tmp_path / "law.py")})
+
+
+def test_what_is_written_into_is_told_with_the_way_out(tmp_path: Path, robot: Robot) -> None:
+    text = LAW.replace("    return", "    state += 1.0\n    return")
+    told = r"line 8, `state \+= 1\.0`: ValueError: .*read-only; what is given cannot be written to: work on a"
+    with pytest.raises(UserCodeError, match=told):
+        read(tmp_path, robot, text)
+
+
+def test_the_line_is_that_of_the_file_as_it_is_now(tmp_path: Path, robot: Robot) -> None:
+    # As in a notebook, where one process reads the file again and again.
+    for result in ("1, 2", "state, 1.0, {}"):
+        with pytest.raises(UserCodeError, match=re.escape(f"line 8, `return {result}`")):
+            read(tmp_path, robot, LAW.partition("    return")[0] + f"    return {result}")
+
+
 def test_a_function_that_is_none_is_named(tmp_path: Path, robot: Robot) -> None:
     with pytest.raises(UserCodeError, match=r"^translation law 'law\.py': prepare is no function"):
         read(tmp_path, robot, LAW + "prepare = 3\n")

@@ -222,6 +222,8 @@ def test_an_object_at_hand_is_compiled_and_takes_gains(robot: Robot) -> None:
         (f"return state, {COMMAND}, {{'thrusts': x}}", "step records 'thrusts', a name that the loop"),
         (f"return state, {COMMAND}, {{'a/b': x}}", "step records 'a/b'; the name of a signal is at most 100"),
         (f"return state, {COMMAND}, {{'force_command': x}}", "with the shape (); that is the name of 'wan"),
+        ("measurement.velocity[0] = 0.0", "destination is read-only; what is given cannot be written to"),
+        ("reference.position[0] = 0.0", "destination is read-only; what is given cannot be written to"),
         ("raise SystemExit(3)", "`raise SystemExit(3)`: SystemExit: 3"),
     ],
 )  # fmt: skip

@@ -132,6 +132,9 @@ def test_an_episode_that_has_ended_takes_off_anew_in_the_next_step() -> None:
         (np.zeros(2), r"actions have shape \(1, 2\); 1 of 3 numbers are needed"),
         (np.zeros((3, 1)), r"actions have shape \(1, 3, 1\)"),
         (["a", "b", "c"], "actions should be numbers"),
+        ([[1.0], [2.0, 3.0], [1.0]], "actions should be numbers"),
+        (np.array([1.0j, 0.0, 0.0]), "actions should be numbers"),
+        ([None, 0.0, 0.0], "actions should be numbers"),
     ],
 )
 def test_an_action_that_is_none_is_refused_before_anything_flies(

@@ -124,12 +124,20 @@ def preset_file(name_or_path: str) -> Path:
     return file or PRESETS / f"{name_or_path}.toml"
 
 
+def law_folder(preset: Path) -> Path:
+    """Where a law that a preset names by its file is sought: beside the preset's own file.
+
+    For a preset that ships this is the working directory: nobody's law lies among those of skylimb.
+    """
+    return Path() if preset.parent == PRESETS else preset.parent
+
+
 def preset_from_mapping(mapping: Mapping[str, Any], path: Path) -> Preset:
     """A preset from its TOML, every key checked.
 
     Args:
         mapping: the tables; what they say of single robots or an IMU is left to `of_case`.
-        path: their file, which a law given by path is sought beside.
+        path: their file, which says where a law given by path is sought (`law_folder`).
 
     Raises:
         ConfigError: naming the key that is unknown, missing or of the wrong kind; or laws that do not fit.
@@ -173,7 +181,7 @@ def _slot(mapping: Mapping[str, Any], slot: str, path: Path, where: str) -> Slot
         raise ConfigError(
             f'{where} needs a table [{slot}] with law = "..." (known: {", ".join(law_names(slot))})'
         )
-    module = find_law(slot, str(law), path.parent)
+    module = find_law(slot, str(law), law_folder(path))
     gains = {key: value for key, value in table.items() if key != "law"}
     return Slot(str(law), module, from_mapping(module.Gains, gains, where, slot))
 

@@ -73,19 +73,23 @@ def _bound(
     if isinstance(first, Prepared) and not is_numeric(first.made):
         call = _preparing(law, robot, call, given[: Layout(first.gains).size])
 
+    def told() -> str:
+        """The function, with the line that returned what it did."""
+        _, place = returned(call, *read())
+        return f"{law.what}{f' in {place}' if place else ''}: {name}"
+
     def run() -> None:
         result = call(*read())
         try:
             write(result)
         except ValueError as error:
             said = PARTS.get(str(error)[0], str(error)[0]) + str(error)[1:]
-            raise UserCodeError(f"{law.what}: {name} returns other things than at load: {said}") from error
+            raise UserCodeError(f"{told()} returns other things than at load: {said}") from error
         for part, words in output:
             if not np.isfinite(made[part]).all():
-                _, place = returned(call, *read())
-                what, numbers = f"{law.what}{f' in {place}' if place else ''}: {name}", made[part].tolist()
+                numbers = made[part].tolist()
                 got = numbers[0] if len(numbers) == 1 else numbers
-                raise UserCodeError(f"{what} returns {words}: {got}, expected finite numbers")
+                raise UserCodeError(f"{told()} returns {words}: {got}, expected finite numbers")
 
     return run
 

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import functools
 import importlib
+import inspect
 import pkgutil
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_type_hints
 
 from skylimb.base.errors import unknown_name
 from skylimb.base.keys import keys_of
 from skylimb.base.plugins import added_file, added_names
 from skylimb.base.user_modules import load_module
+from skylimb.control.laws import Laws
 from skylimb.control.laws.user_functions import UserLaw
 from skylimb.control.needs import Needs, declared_needs
 
@@ -170,7 +172,12 @@ def right_key(key: str) -> str | None:
 @functools.lru_cache(maxsize=64)
 def _user_law(slot: str, module: ModuleType, name: str) -> UserLaw:
     """A user's law; the same object as long as its files are the same, so that it is traced once."""
-    return UserLaw(module, f"{slot} law '{name}'", traced_functions(slot))
+    protocol = get_type_hints(Laws)[slot]
+    called = {
+        function: [*inspect.signature(getattr(protocol, function)).parameters][1:]
+        for function in traced_functions(slot)
+    }
+    return UserLaw(module, f"{slot} law '{name}'", called)
 
 
 def _folder(slot: str) -> str:

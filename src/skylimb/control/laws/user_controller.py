@@ -11,13 +11,14 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from types import MethodType
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from skylimb.base.config import to_mapping, with_overrides
 from skylimb.base.errors import ConfigError, UserCodeError
 from skylimb.base.keys import Table, tables_of
+from skylimb.base.keys.settings import settings_class
 from skylimb.base.packing import numeric, structure
 from skylimb.base.signals import Signal, declared_signals
 from skylimb.base.sources import Source
@@ -34,6 +35,8 @@ from skylimb.robots.model import Robot
 
 NEEDED = ("name", "gains", "initial_state", "step")
 """What a user's object has to have."""
+
+R = TypeVar("R")
 
 _RESERVED = ("name", "description", "file")
 
@@ -80,6 +83,7 @@ class UserController:
         if self._settings is None:
             self._gains = given
             return
+        settings_class(type(self._settings), "gains()", self.what)
         for field in dataclasses.fields(self._settings):
             if field.name in _RESERVED:
                 raise ConfigError(f"{self.what}: a gain cannot be called '{field.name}'; choose another name")
@@ -122,8 +126,8 @@ class UserController:
     def step(
         self, gains: Any, state: Any, measurement: Measurement, reference: Reference, dt: float
     ) -> tuple[Any, Command, Mapping[str, Any]]:
-        """The user's own step."""
-        return self.made.step(gains, state, measurement, reference, dt)
+        """The user's own step; it cannot write into what it is given, with which flight and record go on."""
+        return self.made.step(gains, state, _to_read(measurement), _to_read(reference), dt)
 
     def try_step(self) -> None:
         """One step on numbers of a robot in hover, of an object that nothing has flown yet.
@@ -140,7 +144,9 @@ class UserController:
         state = guarded(made.initial_state, self.what)()
         hover = shaken_hover(self.robot, np.random.default_rng(0), len(self.needs.preview))
         with np.errstate(all="ignore"):  # what is not finite is named
-            result, place = returned(guarded(made.step, self.what), self._gains, state, *hover, PERIOD)
+            result, place = returned(
+                guarded(made.step, self.what), self._gains, state, *map(_to_read, hover), PERIOD
+            )
         what = f"{self.what}{f' in {place}' if place else ''}: step"
         if isinstance(result, tuple | list) and len(result) == 3 and not hasattr(result, "_fields"):
             result = (), *result[1:]  # its state may be anything
@@ -259,6 +265,18 @@ def user_controller(
     plain = UserController(made, robot, origin, gains)
     plain.try_step()
     return plain if plain.untraceable else CompiledUserController(made, robot, origin, gains)
+
+
+def _to_read(record: R) -> R:
+    """The same record of arrays and numbers, whose arrays cannot be written to; asked at every tick."""
+    if isinstance(record, np.ndarray):
+        record = record.view()
+        record.flags.writeable = False
+        return record
+    if not isinstance(record, tuple):
+        return record
+    parts = map(_to_read, record)
+    return record._make(parts) if hasattr(record, "_make") else tuple(parts)  # type: ignore[attr-defined]
 
 
 def _identity(value: Any) -> Hashable:

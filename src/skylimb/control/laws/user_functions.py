@@ -3,20 +3,34 @@
 from __future__ import annotations
 
 import functools
+import inspect
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from skylimb.base.errors import UserCodeError
+from skylimb.base.keys.fields import fields_of
+from skylimb.base.keys.settings import settings_class
 from skylimb.base.packing import with_floats
 from skylimb.base.record_tree import below, children_of, is_leaf
 from skylimb.base.signals import declared_signals
-from skylimb.base.user_code import UserCode, guarded, settings_class
+from skylimb.base.user_code import Place, UserCode, guarded
 from skylimb.base.user_modules import sources_of_module
 from skylimb.symbolic import is_symbolic, matrix, symbols_are_no_numbers, vector
+
+_LAW = "law"
+"""Key of a slot's table in a preset that names its law."""
+
+_OTHERS: Mapping[str, Sequence[str]] = {
+    "initial_state": ("gains", "start"),
+    "needs": ("gains",),
+    "require": ("gains", "dt"),
+    "prepare": ("gains", "robot"),
+}
+"""How functions of a law are called that do not end up in the tick."""
 
 
 class Prepared(NamedTuple):
@@ -32,7 +46,7 @@ class UserLaw:
     Args:
         module: defines what the law of the slot has to.
         what: what it is called in messages, for example "translation law 'spring.py'".
-        traced: names of its functions that end up in the tick.
+        called: how its functions are called that end up in the tick: the names of their arguments.
 
     Attributes:
         module: see above.
@@ -40,19 +54,21 @@ class UserLaw:
         plain: those functions for numbers alone.
     """
 
-    def __init__(self, module: ModuleType, what: str, traced: Iterable[str]) -> None:
+    def __init__(self, module: ModuleType, what: str, called: Mapping[str, Sequence[str]]) -> None:
         self.Gains = settings_class(module.Gains, "Gains", what)
+        if _LAW in fields_of(self.Gains):
+            raise UserCodeError(f"{what}: a gain cannot be called '{_LAW}', which names the law in a preset")
         self.__doc__, self.module, self.what = module.__doc__, module, what
         self.signals = declared_signals(module, what)
         self.sources = sources_of_module(module)
         self.plain: dict[str, Callable[..., Any]] = {}
-        others = [name for name in ("initial_state", "needs", "require", "prepare") if hasattr(module, name)]
-        for name in (*traced, *others):
-            if not callable(function := getattr(module, name)):
-                raise UserCodeError(f"{what}: {name} is no function, but one {type(function).__name__}")
-        for name in traced:
+        others = {name: arguments for name, arguments in _OTHERS.items() if hasattr(module, name)}
+        for name, arguments in {**others, **called}.items():
+            prepared = ("prepared",) if name in called and "prepare" in others else ()
+            _require_function(getattr(module, name), name, (*arguments, *prepared), what)
+        for name in called:
             function = getattr(module, name)
-            if hasattr(module, "prepare"):
+            if "prepare" in others:
                 function = _handed(function)
             self.plain[name] = guarded(function, what)
             setattr(self, name, with_floats_of(traceable(function, what)))
@@ -62,6 +78,25 @@ class UserLaw:
         for name in ("PROVIDES", "REQUIRES", "OPTIONAL"):
             if hasattr(module, name):
                 setattr(self, name, getattr(module, name))
+
+
+def _require_function(function: Any, name: str, arguments: Sequence[str], what: str) -> None:
+    """A `UserCodeError` unless a function of a law can be called as it will be."""
+    if not callable(function):
+        raise UserCodeError(f"{what}: {name} is no function, but one {type(function).__name__}")
+    try:
+        signature = inspect.signature(function)
+    except ValueError:  # of a function in C nothing is known
+        return
+    try:
+        signature.bind(*arguments)
+    except TypeError:
+        code = getattr(function, "__code__", None)
+        place = f" in {Place(code.co_filename, code.co_firstlineno)}" if code else ""
+        raise UserCodeError(
+            f"{what}{place}: {name}({', '.join(signature.parameters)}) is called as "
+            f"{name}({', '.join(arguments)})"
+        ) from None
 
 
 def _handed(function: Callable[..., Any]) -> Callable[..., Any]:

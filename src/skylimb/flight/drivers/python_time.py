@@ -26,8 +26,8 @@ class PythonTime(NamedTuple):
 
     def __str__(self) -> str:
         share, worst = self.median / self.period, self.longest / self.period
-        at_worst = f", {worst:.2g} times at worst" if worst > 1.0 else ""
-        return f"{1e6 * self.median:.0f} us a tick ({share:.2g} times the control period{at_worst})"
+        at_worst = f", at worst {worst:.2g}" if worst > 1.0 else ""
+        return f"{1e6 * self.median:.0f} us a tick ({share:.2g} control periods{at_worst})"
 
     def notes(self, who: str) -> tuple[str, ...]:
         """That a controller is too slow for a clock, where it is.

@@ -29,9 +29,10 @@ from skylimb.base.config import from_mapping, to_mapping
 from skylimb.base.errors import UserCodeError
 from skylimb.base.keys import Key, configuration
 from skylimb.base.keys.fields import fields_of
+from skylimb.base.keys.settings import settings_class
 from skylimb.base.packing import Layout
 from skylimb.base.sources import Source, read_source
-from skylimb.base.user_code import UserCode, settings_class
+from skylimb.base.user_code import UserCode
 from skylimb.base.user_modules import load_module, sources_of_module
 from skylimb.control.laws.user_functions import traceable
 from skylimb.simulation.surfaces.curved import CurvedSurface

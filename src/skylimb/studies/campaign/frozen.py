@@ -25,7 +25,7 @@ from skylimb.control.controller import (
     load_controller,
 )
 from skylimb.control.corrections import read_corrections, with_corrections
-from skylimb.control.laws.preset import preset_mapping, preset_names
+from skylimb.control.laws.preset import law_folder, preset_mapping, preset_names
 from skylimb.control.laws.slots import SLOTS, law_file
 from skylimb.control.laws.traced_step import traced_step
 from skylimb.flight.experiments.experiment import Experiment, experiment_from_mapping, experiment_tables
@@ -272,5 +272,5 @@ def _law_files(slot: str, table: Any, preset: Path, spec: CampaignSpec) -> list[
     drawn = key in spec.vary and preset.stem in spec.only.get(key, (preset.stem,))
     own = [table["law"]] if isinstance(table, dict) and "law" in table else []
     laws = spec.vary[key].extremes() if drawn else own
-    files = (law_file(slot, str(name), preset.parent) for name in laws)
+    files = (law_file(slot, str(name), law_folder(preset)) for name in laws)
     return [file for file in files if file is not None]

@@ -64,7 +64,7 @@ class FlightEnv(gym.Env[np.ndarray, np.ndarray]):
         """
         if not self._flies:
             raise ConfigError("step: no episode goes on; reset() begins one")
-        done = self.fleet.step([0], np.asarray(action)[None])
+        done = self.fleet.step([0], [action])
         info = {"draw": int(self.fleet.draws[0]), **{k: v[0] for k, v in _terms(done).items()}}
         lost, over = bool(done.lost[0]), bool(done.over[0])
         self._flies = not (lost or over)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from skylimb.base.config import from_mapping
 from skylimb.base.errors import ConfigError
@@ -129,7 +130,7 @@ class Fleet:
         self._history[at] = self._observed(at)[:, None]
         return self._history[at].reshape(len(at), -1)
 
-    def step(self, places: Sequence[int] | np.ndarray, actions: np.ndarray) -> Stepped:
+    def step(self, places: Sequence[int] | np.ndarray, actions: ArrayLike) -> Stepped:
         """Fly a step in some places.
 
         Args:
@@ -154,11 +155,11 @@ class Fleet:
         self._before[at] = actions
         return Stepped(self._history[at].reshape(len(at), -1), paid, terms, lost, over)
 
-    def checked(self, places: Sequence[int] | np.ndarray, actions: np.ndarray) -> np.ndarray:
+    def checked(self, places: Sequence[int] | np.ndarray, actions: ArrayLike) -> np.ndarray:
         """Actions between -1 and 1; see `step`."""
         names = self.actions.names
         try:
-            given = np.asarray(actions, dtype=float)
+            given = np.asarray(actions).astype(float, casting="same_kind")
         except (TypeError, ValueError):
             raise ConfigError(f"actions should be numbers: {', '.join(names)}") from None
         if given.shape != (len(places), len(names)):
