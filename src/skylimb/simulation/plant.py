@@ -16,6 +16,7 @@ import numpy as np
 from skylimb.base.rotations import quaternion_from_rotation, rot_z
 from skylimb.control.missions.mission import Mission
 from skylimb.control.missions.reference import Reference
+from skylimb.control.posture import heading_of
 from skylimb.robots.description import RobotDescription
 from skylimb.robots.links import Inertial, Link
 from skylimb.robots.model import Robot
@@ -213,9 +214,7 @@ def _place_at_hover(plant: Plant, data: mujoco.MjData, first: Reference, angles:
     """Put the robot at rest with these servo angles (q, then psi), under its hover thrusts there."""
     joint_angles, vectoring_angles = np.split(angles, [plant.robot.n_joints])
     state = plant.robot.at(joint_angles, vectoring_angles)
-    nominal = plant.robot.at(first.joint_angles, first.vectoring_angles).tip_heading
-    yaw = first.heading - nominal - first.align * (state.tip_heading - nominal)
-    R_WB = rot_z(yaw) @ state.R_root_C.T
+    R_WB = rot_z(heading_of(plant.robot, state.tip_heading, first)) @ state.R_root_C.T
     data.qpos[0:3] = first.position - R_WB @ state.cog_root
     data.qpos[3:7] = quaternion_from_rotation(R_WB)
     data.qpos[plant.places] = angles
