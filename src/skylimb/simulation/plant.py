@@ -47,13 +47,12 @@ def plant_description(description: RobotDescription, config: PlantConfig) -> Rob
     """The description of the robot that really flies; the same object when the two do not differ."""
     if all(getattr(config, key) == getattr(PlantConfig(), key) for key in _OF_THE_DESCRIPTION):
         return description
-    total = sum(link.inertial.mass for link in description.links)
 
     def scaled(link: Link) -> Link:
         inertial = link.inertial
         com = inertial.com
         if link.name == description.root:
-            com = com + np.asarray(config.cog_offset) * (total / inertial.mass)
+            com = com + np.asarray(config.cog_offset) * (description.mass / inertial.mass)
         mass = inertial.mass * config.mass_scale
         return dataclasses.replace(link, inertial=Inertial(mass, com, inertial.inertia * config.mass_scale))
 
