@@ -161,12 +161,7 @@ def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) 
         # What reaches the engine leads the thrust, so that it ends where the rotor's speed does.
         model.actuator_ctrllimited[: len(scales)] = False
 
-    def addresses(names: tuple[str, ...]) -> tuple[int, ...]:
-        return tuple(int(model.jnt_qposadr[model.joint(name).id]) for name in names)
-
-    def joint_at(name: str | None) -> tuple[int, int] | None:
-        if name is None:
-            return None
+    def joint_at(name: str) -> tuple[int, int]:
         joint = model.joint(name).id
         return int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
 
@@ -178,10 +173,10 @@ def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) 
         model=model,
         substeps=substeps,
         reading=ContactReading.of(model),
-        joint_qpos=addresses(true.shape_joints),
-        vectoring_qpos=addresses(true.vectoring_joints),
-        wall_joint=joint_at(parts.joint),
-        hinge=joint_at(parts.hinge),
+        joint_qpos=tuple(joint_at(name)[0] for name in true.shape_joints),
+        vectoring_qpos=tuple(joint_at(name)[0] for name in true.vectoring_joints),
+        wall_joint=joint_at(parts.joint) if parts.joint else None,
+        hinge=joint_at(parts.hinge) if parts.hinge else None,
         foot=config.foot,
         peg=config.peg,
         turning=turns,
