@@ -1,5 +1,7 @@
 """One gravity: the experiment's, in the plant, in the controller's model and in what a calibration knows."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -33,6 +35,18 @@ def test_a_calibration_is_held_against_the_gravity_that_was_flown_with() -> None
     known = true_values(run, skylimb.load_robot("hydrus_xi_quad"))
     assert known is not None
     assert known[-1] == 9.79
+
+
+def test_a_flight_that_says_no_gravity_had_that_of_its_robot() -> None:
+    run = skylimb.run("free_flight", controller="hybrid", set={"stop_at": 0.5})
+    robot = skylimb.load_robot("hydrus_xi_quad")
+    config = "".join(line for line in run.config.splitlines(True) if not line.startswith("gravity"))
+    silent = replace(run, log=run.log.assign_attrs(config=config))
+    known = true_values(silent, robot)
+    assert "gravity" in run.tables
+    assert "gravity" not in silent.tables
+    assert known is not None
+    assert known[-1] == robot.description.gravity
 
 
 def test_gravity_of_another_planet_is_refused() -> None:

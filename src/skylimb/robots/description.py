@@ -224,6 +224,11 @@ class RobotDescription(Fixed):
         shape, vectoring = vars(self.shape_servos), vars(self.vectoring_servos)
         return Servos(**{key: np.concatenate([shape[key], vectoring[key]]) for key in shape})
 
+    @property
+    def mass(self) -> float:
+        """Of all links together, kg."""
+        return sum(link.inertial.mass for link in self.links)
+
     def link(self, name: str) -> Link:
         """The link of that name."""
         return next(link for link in self.links if link.name == name)

@@ -270,16 +270,13 @@ class _Question:
     def _starts(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Leans with the given vectoring angles; where these may move, upright with others in reach."""
         side = np.array([-self.direction[1], self.direction[0]])
-        turned = rot_z(float(self._heading(self.psi)))[:2, :2] @ side
+        turned = rot_z(float(loads_function(self.robot)(self.q, self.psi)[5]))[:2, :2] @ side
         for lean in _LEANS if np.any(side) else _LEANS[:1]:
             yield float(np.clip(lean, -0.5 * self.tilt, 0.5 * self.tilt)) * turned, self.psi
         if self.within.moves > 0.0 and self.robot.n_vectoring:
             all_around = vectoring_starts(self.robot, self.psi, _STARTS)[1:]
             for psi in all_around if self.free else evenly(self.lower, self.upper, _STARTS - 1):
                 yield np.zeros(2), psi
-
-    def _heading(self, psi: np.ndarray) -> float:
-        return float(loads_function(self.robot)(self.q, psi)[5])
 
     def _first(self, psi: np.ndarray) -> np.ndarray:
         """Thrusts that the search begins with: those that carry the weight, as alike as can be."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import casadi as ca
@@ -24,54 +23,36 @@ class Hovering(NamedTuple):
     thrusts: Array
 
 
-def hovering_frame(
-    axes: Sequence[Array],
-    points: Sequence[Array],
-    drag: Sequence[float],
-    weight: float,
-    preferred: np.ndarray | None = None,
-) -> Hovering:
+def hovering_frame(Q_t: Array, Q_r: Array, weight: float, preferred: np.ndarray | None) -> Hovering:
     """Turn {C} by roll and pitch until the net force of the hover thrusts lies along its z axis.
 
     Four rotors have one direction of thrusts without torque. A turn of the axes does not change it, so one
     turn is exact. More rotors leave a choice: the least-norm thrusts, evaluated again in the turned frame.
 
     Args:
-        axes: unit vectors of thrust in root axes.
-        points: where each acts, from the centre of gravity, root axes, m.
-        drag: signed kappa_i of eq:allocation for torque, m.
+        Q_t: force of 1 N of each rotor in root axes, (3, n).
+        Q_r: torque of it about the centre of gravity, (3, n), m.
         weight: m g, N.
         preferred: of more than four rotors the thrusts (n,) that the hover's come nearest to, N; none: zero.
     """
-    Q_t, Q_r = _columns(axes, points, drag)
-    if len(axes) == 4:
+    if Q_t.shape[1] == 4:
         free = _torque_free_direction(Q_r)
         force = Q_t @ free
         size = ca.sqrt(ca.sumsqr(force))
         up = ca.sign(force[2])  # thrusts must carry, not press down: z of {C} is the way up of the root frame
         z_axis, thrusts = force * (up / size), free * (up * weight / size)
-        R = _roll_pitch(z_axis)
-        return Hovering(R, ca.vertcat(R.T @ Q_t, R.T @ Q_r), thrusts)
-    z_axis = ca.SX([0.0, 0.0, 1.0])
-    for _ in range(_TURNS):
-        force = Q_t @ _nearest(z_axis.T @ Q_t, Q_r, weight, preferred)
-        z_axis = force / ca.sqrt(ca.sumsqr(force))
-    R = _roll_pitch(z_axis)
-    return Hovering(R, ca.vertcat(R.T @ Q_t, R.T @ Q_r), _nearest(z_axis.T @ Q_t, Q_r, weight, preferred))
+    else:
+        z_axis = ca.SX([0.0, 0.0, 1.0])
+        for _ in range(_TURNS):
+            force = Q_t @ _nearest(z_axis.T @ Q_t, Q_r, weight, preferred)
+            z_axis = force / ca.sqrt(ca.sumsqr(force))
+        thrusts = _nearest(z_axis.T @ Q_t, Q_r, weight, preferred)
+    return hovering_in(_roll_pitch(z_axis), thrusts, Q_t, Q_r)
 
 
-def hovering_in(
-    R: Array, thrusts: Array, axes: Sequence[Array], points: Sequence[Array], drag: Sequence[float]
-) -> Hovering:
-    """The allocation matrix in a known {C}; other arguments are those of `hovering_frame`."""
-    Q_t, Q_r = _columns(axes, points, drag)
+def hovering_in(R: Array, thrusts: Array, Q_t: Array, Q_r: Array) -> Hovering:
+    """The allocation matrix in a known {C}; `Q_t` and `Q_r` as for `hovering_frame`."""
     return Hovering(R, ca.vertcat(R.T @ Q_t, R.T @ Q_r), thrusts)
-
-
-def _columns(axes: Sequence[Array], points: Sequence[Array], drag: Sequence[float]) -> tuple[Array, Array]:
-    """Force and torque of 1 N of each rotor in root axes, (3, n) each."""
-    torques = [ca.cross(p, u) + kappa * u for u, p, kappa in zip(axes, points, drag, strict=True)]
-    return ca.horzcat(*axes), ca.horzcat(*torques)
 
 
 def _torque_free_direction(Q_r: Array) -> Array:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import casadi as ca
 
+from skylimb.base.rotations import vee
 from skylimb.robots.model import Robot
 
 
@@ -61,12 +62,6 @@ def thrust_lines(robot: Robot, q: ca.SX, psi: ca.SX, joints: ca.SX) -> list[Thru
         drag = rotor.drag_torque_coefficient * R[:, 2]
         moved = ca.jacobian(p, joints).T @ R[:, 2]
         slopes = ca.jacobian(ca.vec(R), joints)
-        turned = [ca.dot(drag, _turn(R, ca.reshape(slopes[:, j], 3, 3))) for j in range(joints.numel())]
+        turned = [ca.dot(drag, vee(ca.reshape(slopes[:, j], 3, 3) @ R.T)) for j in range(joints.numel())]
         lines.append(ThrustLine(R[:, 2], p, drag, moved + ca.vertcat(*turned)))
     return lines
-
-
-def _turn(R: ca.SX, slope: ca.SX) -> ca.SX:
-    """Angular velocity, (3,), of a rotation R that changes by `slope`."""
-    W = slope @ R.T
-    return ca.vertcat(W[2, 1], W[0, 2], W[1, 0])

@@ -201,12 +201,8 @@ class Robot:
         """
         q, psi = ca.SX.sym("q", self.n_joints), ca.SX.sym("psi", self.n_vectoring)
         here = self.posed(q, psi)
-        axes, points = here.thrust_lines(composite(self.bodies, here.poses)[0])
-        columns = [
-            ca.vertcat(axis, ca.cross(point, axis) + rotor.drag_torque_coefficient * axis)
-            for axis, point, rotor in zip(axes, points, self.description.rotors, strict=True)
-        ]
-        return ca.Function("wrench", [q, psi], [ca.horzcat(*columns)], ["q", "psi"], ["Q"])
+        columns = here.rotor_wrenches(composite(self.bodies, here.poses)[0])
+        return ca.Function("wrench", [q, psi], [ca.vertcat(*columns)], ["q", "psi"], ["Q"])
 
     def imu_at(self, joint_angles: Array, vectoring_angles: Array, rates: Array) -> ImuPlace:
         """The IMU on its link, in numbers or symbols.

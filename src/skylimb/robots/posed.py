@@ -102,6 +102,13 @@ class Posed:
             points.append(point - cog)
         return axes, points
 
+    def rotor_wrenches(self, cog: Array) -> tuple[Array, Array]:
+        """Force and torque about the centre of gravity of 1 N of each rotor in root axes, (3, n) each."""
+        axes, points = self.thrust_lines(cog)
+        drag = [rotor.drag_torque_coefficient for rotor in self.description.rotors]
+        torques = [ca.cross(p, u) + kappa * u for u, p, kappa in zip(axes, points, drag, strict=True)]
+        return ca.horzcat(*axes), ca.horzcat(*torques)
+
     def state(self, of_pairs: tuple[Array, Array] | None = None) -> RobotState:
         """What the model says.
 
@@ -110,13 +117,12 @@ class Posed:
                 fixed rotors; by default those of thrusts alone.
         """
         cog, inertia = composite(self.bodies, self.poses)
-        thrust_axes, thrust_points = self.thrust_lines(cog)
-        drag = [rotor.drag_torque_coefficient for rotor in self.description.rotors]
+        given = self.rotor_wrenches(cog)
         weight, preferred = self.mass * self.description.gravity, self.description.preferred_thrusts
         if of_pairs is None:
-            hover = hovering_frame(thrust_axes, thrust_points, drag, weight, preferred)
+            hover = hovering_frame(*given, weight, preferred)
         else:
-            hover = hovering_in(*of_pairs, thrust_axes, thrust_points, drag)
+            hover = hovering_in(*of_pairs, *given)
         tip, _ = self.tool
         R = hover.R_root_C
         return RobotState(

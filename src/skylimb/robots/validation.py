@@ -158,14 +158,13 @@ def _check_root(description: RobotDescription) -> None:
 
 
 def _check_weight(description: RobotDescription) -> None:
-    total = sum(link.inertial.mass for link in description.links)
+    weight = description.mass * description.gravity
     lift = sum(rotor.thrust_max for rotor in description.rotors)
-    if total * description.gravity >= lift:
-        weight = f"{total:g} kg ({total * description.gravity:.4g} N)"
+    if weight >= lift:
         heaviest = max(description.links, key=lambda link: link.inertial.mass)
         raise DescriptionError(
-            f"'{description.name}' weighs {weight} but its rotors lift at most {lift:g} N"
-            f"{limited_by_torque(description)}; "
+            f"'{description.name}' weighs {description.mass:g} kg ({weight:.4g} N) but its rotors lift at "
+            f"most {lift:g} N{limited_by_torque(description)}; "
             f"the heaviest link is '{heaviest.name}' with {heaviest.inertial.mass:g} kg"
             f"{'; is that in grams?' if heaviest.inertial.mass * description.gravity > _GRAMS * lift else ''}"
         )

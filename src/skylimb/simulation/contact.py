@@ -22,19 +22,18 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from skylimb.base.errors import ConfigError, unknown_name
+from skylimb.base.errors import ConfigError
 from skylimb.simulation.contact_keys import PAIR_NAME, ContactParameters
 from skylimb.symbolic import Array, dot, vector, where
 
 SENSOR_NAME = "tip_surface_force"
-_IMPEDANCE = 1e-4  # the smallest that the engine keeps (mjMINIMP)
+IMPEDANCE = 1e-4  # the smallest that the engine keeps (mjMINIMP)
 
 
-def set_contact_options(spec: mujoco.MjSpec, timestep: float | None = None) -> None:
-    """Set the engine's options that this contact was verified with; `timestep` in s when it should change."""
+def set_contact_options(spec: mujoco.MjSpec, timestep: float) -> None:
+    """Set the engine's options that this contact was verified with, and its time step, s."""
     option = spec.option
-    if timestep is not None:
-        option.timestep = timestep
+    option.timestep = timestep
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     # One touch has three rows, which the dual solver finds in two passes; Newton's factors a matrix of all
     # degrees of freedom in each.
@@ -74,7 +73,7 @@ def effective_mass(model: mujoco.MjModel, name: str = PAIR_NAME) -> float:
     It is the engine's own average over directions in the reference configuration, which is also what it
     divides by, so that stiffness stays in N/m in any pose.
     """
-    pair = _pair_id(model, name)
+    pair = model.pair(name).id
     bodies = model.geom_bodyid[[model.pair_geom1[pair], model.pair_geom2[pair]]]
     inverse = float(model.body_invweight0[bodies, 0].sum())
     if not inverse > 0.0:
@@ -90,8 +89,8 @@ def tune_contact_pair(model: mujoco.MjModel, parameters: ContactParameters, name
     `impratio` is one number for the whole model, so a model has one tuned tip. Raises `ConfigError` when
     the time step cannot carry the stiffness or damping.
     """
-    pair = _pair_id(model, name)
-    d, scale = _IMPEDANCE, (1.0 - _IMPEDANCE) / effective_mass(model, name)
+    pair = model.pair(name).id
+    d, scale = IMPEDANCE, (1.0 - IMPEDANCE) / effective_mass(model, name)
     b_f = parameters.friction_rate
     model.pair_solimp[pair] = (d, d, 1e-3, 0.5, 2.0)
     *model.pair_solref[pair], model.pair_gap[pair] = pair_compliance(model, parameters, name)
@@ -112,7 +111,7 @@ def pair_compliance(
     mass = effective_mass(model, name)
     k, c = parameters.stiffness, parameters.normal_damping(mass)
     _require_resolved(k, c, mass, float(model.opt.timestep))
-    scale = (1.0 - _IMPEDANCE) / mass
+    scale = (1.0 - IMPEDANCE) / mass
     # A pull reaches as far as the surface's spring stretches under it.
     return -k * scale, -c * scale, parameters.adhesion / k
 
@@ -130,13 +129,6 @@ def _require_resolved(k: float, c: float, mass: float, timestep: float) -> None:
         raise ConfigError(f"surface.damping = {c:g} N s/m is too much {where}: at most {strongest:.4g} N s/m")
 
 
-def _pair_id(model: mujoco.MjModel, name: str) -> int:
-    pair = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_PAIR, name)
-    if pair < 0:
-        raise unknown_name("contact pair", name, (model.pair(i).name for i in range(model.npair)))
-    return pair
-
-
 def add_contact_sensor(
     spec: mujoco.MjSpec,
     tip_geom: str,
@@ -151,10 +143,6 @@ def add_contact_sensor(
     `whole_body` it is the force on the tip's whole body, at the centre of its parts; without a
     `surface_geom` that of all it touches.
     """
-    if samples < 1:
-        raise ConfigError(
-            f"contact sensor: {samples} samples are not enough: 1 or more, one for each step of a tick"
-        )
     sensor = spec.add_sensor(
         name=SENSOR_NAME,
         type=mujoco.mjtSensor.mjSENS_CONTACT,
@@ -165,8 +153,11 @@ def add_contact_sensor(
         refname=spec.geom(tip_geom).parent.name if whole_body else tip_geom,
         nsample=samples,
     )
-    fields = (mujoco.mjtConDataField.mjCONDATA_FOUND, mujoco.mjtConDataField.mjCONDATA_FORCE)
-    fields += (mujoco.mjtConDataField.mjCONDATA_POS,)
+    fields = (
+        mujoco.mjtConDataField.mjCONDATA_FOUND,
+        mujoco.mjtConDataField.mjCONDATA_FORCE,
+        mujoco.mjtConDataField.mjCONDATA_POS,
+    )
     net_force = 3  # of the attribute reduce: none, mindist, maxforce, netforce
     sensor.intprm = [sum(1 << int(field) for field in fields), net_force, 1]
 
@@ -204,11 +195,9 @@ class ContactReading:
     position: np.ndarray
 
     @classmethod
-    def of(cls, model: mujoco.MjModel, name: str = SENSOR_NAME) -> ContactReading:
-        """The reading of the sensor called `name`."""
-        sensor = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SENSOR, name)
-        if sensor < 0:
-            raise unknown_name("sensor", name, (model.sensor(i).name for i in range(model.nsensor)))
+    def of(cls, model: mujoco.MjModel) -> ContactReading:
+        """The reading of the sensor that `add_contact_sensor` adds."""
+        sensor = model.sensor(SENSOR_NAME).id
         samples, width = int(model.sensor_history[sensor, 0]), int(model.sensor_dim[sensor])
         # The buffer: one word of the user's, a cursor, n times, then n rows of values.
         first = int(model.sensor_historyadr[sensor]) + 2 + samples

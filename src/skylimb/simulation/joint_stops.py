@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 
 from skylimb.base.errors import ConfigError
+from skylimb.simulation.contact import IMPEDANCE
 
-_IMPEDANCE = 1e-4  # the smallest that the engine keeps: the stop is then a spring beside the joint
 LEANS = 1e-3
 """A joint within this of its limit, or beyond, leans on its stop, rad."""
 
@@ -38,9 +38,9 @@ def tune_joint_stops(
                     f"plant.joint_stop_{key} = {value:g} is too much for a time step of {step:g} s and "
                     f"{inertia:.3g} kg m^2 at joint '{name}': at most {most:.4g}"
                 )
-        scale = (1.0 - _IMPEDANCE) / inertia
+        scale = (1.0 - IMPEDANCE) / inertia  # the stop is a spring beside the joint
         model.jnt_solref[joint] = (-stiffness * scale, -damping * scale)
-        model.jnt_solimp[joint] = (_IMPEDANCE, _IMPEDANCE, 1e-3, 0.5, 2.0)
+        model.jnt_solimp[joint] = (IMPEDANCE, IMPEDANCE, 1e-3, 0.5, 2.0)
 
 
 def leaning(

@@ -16,6 +16,7 @@ import numpy as np
 from skylimb.base.rotations import quaternion_from_rotation, rot_z
 from skylimb.control.missions.mission import Mission
 from skylimb.control.missions.reference import Reference
+from skylimb.control.posture import heading_of
 from skylimb.robots.description import RobotDescription
 from skylimb.robots.links import Inertial, Link
 from skylimb.robots.model import Robot
@@ -46,13 +47,12 @@ def plant_description(description: RobotDescription, config: PlantConfig) -> Rob
     """The description of the robot that really flies; the same object when the two do not differ."""
     if all(getattr(config, key) == getattr(PlantConfig(), key) for key in _OF_THE_DESCRIPTION):
         return description
-    total = sum(link.inertial.mass for link in description.links)
 
     def scaled(link: Link) -> Link:
         inertial = link.inertial
         com = inertial.com
         if link.name == description.root:
-            com = com + np.asarray(config.cog_offset) * (total / inertial.mass)
+            com = com + np.asarray(config.cog_offset) * (description.mass / inertial.mass)
         mass = inertial.mass * config.mass_scale
         return dataclasses.replace(link, inertial=Inertial(mass, com, inertial.inertia * config.mass_scale))
 
@@ -161,12 +161,7 @@ def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) 
         # What reaches the engine leads the thrust, so that it ends where the rotor's speed does.
         model.actuator_ctrllimited[: len(scales)] = False
 
-    def addresses(names: tuple[str, ...]) -> tuple[int, ...]:
-        return tuple(int(model.jnt_qposadr[model.joint(name).id]) for name in names)
-
-    def joint_at(name: str | None) -> tuple[int, int] | None:
-        if name is None:
-            return None
+    def joint_at(name: str) -> tuple[int, int]:
         joint = model.joint(name).id
         return int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint])
 
@@ -178,10 +173,10 @@ def build_plant(robot: Robot, surface: Surface, config: PlantConfig, dt: float) 
         model=model,
         substeps=substeps,
         reading=ContactReading.of(model),
-        joint_qpos=addresses(true.shape_joints),
-        vectoring_qpos=addresses(true.vectoring_joints),
-        wall_joint=joint_at(parts.joint),
-        hinge=joint_at(parts.hinge),
+        joint_qpos=tuple(joint_at(name)[0] for name in true.shape_joints),
+        vectoring_qpos=tuple(joint_at(name)[0] for name in true.vectoring_joints),
+        wall_joint=joint_at(parts.joint) if parts.joint else None,
+        hinge=joint_at(parts.hinge) if parts.hinge else None,
         foot=config.foot,
         peg=config.peg,
         turning=turns,
@@ -213,9 +208,7 @@ def _place_at_hover(plant: Plant, data: mujoco.MjData, first: Reference, angles:
     """Put the robot at rest with these servo angles (q, then psi), under its hover thrusts there."""
     joint_angles, vectoring_angles = np.split(angles, [plant.robot.n_joints])
     state = plant.robot.at(joint_angles, vectoring_angles)
-    nominal = plant.robot.at(first.joint_angles, first.vectoring_angles).tip_heading
-    yaw = first.heading - nominal - first.align * (state.tip_heading - nominal)
-    R_WB = rot_z(yaw) @ state.R_root_C.T
+    R_WB = rot_z(heading_of(plant.robot, state.tip_heading, first)) @ state.R_root_C.T
     data.qpos[0:3] = first.position - R_WB @ state.cog_root
     data.qpos[3:7] = quaternion_from_rotation(R_WB)
     data.qpos[plant.places] = angles

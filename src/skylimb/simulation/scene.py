@@ -53,7 +53,7 @@ def scene_spec(
     if parts.joint is None:
         # One robot is one island: looking for more takes a fourteenth of a step, and changes no bit.
         spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND
-    add_tool(spec, description.tip, parts.geoms, surface.contact, tip_geom=TIP_GEOM, foot=foot, peg=peg)
+    add_tool(spec, description.tip, parts.geoms, surface.contact, foot=foot, peg=peg)
     touched = parts.geoms[0] if peg is None else None
     add_contact_sensor(spec, TIP_GEOM, touched, substeps, whole_body=(foot, peg) != (None, None))
     return spec, parts

@@ -21,7 +21,7 @@ import numpy as np
 from skylimb.base.rotations import quaternion_from_rotation
 from skylimb.robots.description import Tip
 from skylimb.simulation.contact import add_contact_pair, effective_mass, tune_contact_pair
-from skylimb.simulation.contact_keys import PAIR_NAME, ContactParameters
+from skylimb.simulation.contact_keys import PAIR_NAME, TIP_GEOM, ContactParameters
 from skylimb.simulation.plant_config import Peg
 
 CORNERS = ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0))
@@ -40,7 +40,6 @@ def add_tool(
     surface_geoms: Sequence[str],
     parameters: ContactParameters,
     *,
-    tip_geom: str = "tip",
     foot: float | None = None,
     peg: Peg | None = None,
 ) -> None:
@@ -51,24 +50,23 @@ def add_tool(
         tip: of the robot's description.
         surface_geoms: all that is touched; a foot and a pen touch the first.
         parameters: of the whole contact.
-        tip_geom: the tip's ball.
         foot: half the side of a foot, m.
         peg: radius and length of a peg, m.
     """
-    pairs = [(tip_geom, surface_geoms[0])]
+    ball, pairs = spec.geom(TIP_GEOM), [(TIP_GEOM, surface_geoms[0])]
     if foot is not None:
-        pairs += [(name, surface_geoms[0]) for name in _add_foot(spec.geom(tip_geom), tip, tip_geom, foot)]
+        pairs += [(name, surface_geoms[0]) for name in _add_foot(ball, tip, foot)]
     if peg is not None:
-        _add_peg(spec.geom(tip_geom), tip, peg)
+        _add_peg(ball, tip, peg)
         pairs = [(PEG_GEOM, geom) for geom in surface_geoms]
     for index, (mine, other) in enumerate(pairs):
         name = PAIR_NAME if index == 0 else f"{PAIR_NAME}_{index}"
         add_contact_pair(spec, mine, other, parameters, name)
 
 
-def _add_foot(ball: mujoco.MjsGeom, tip: Tip, tip_geom: str, half_width: float) -> list[str]:
+def _add_foot(ball: mujoco.MjsGeom, tip: Tip, half_width: float) -> list[str]:
     """Put a ball like the tip's at each corner; their names."""
-    names = [f"{tip_geom}_{index}" for index in range(len(CORNERS))]
+    names = [f"{TIP_GEOM}_{index}" for index in range(len(CORNERS))]
     for name, (y, z) in zip(names, CORNERS, strict=True):
         ball.parent.add_geom(
             name=name,
@@ -83,7 +81,7 @@ def _add_foot(ball: mujoco.MjsGeom, tip: Tip, tip_geom: str, half_width: float) 
     # What holds the balls, only to be looked at: behind their middles, so that they are what touches.
     thick = 0.5 * ball.size[0]
     ball.parent.add_geom(
-        name=f"{tip_geom}_plate",
+        name=f"{TIP_GEOM}_plate",
         type=mujoco.mjtGeom.mjGEOM_BOX,
         size=[thick, half_width, half_width],
         pos=ball.pos - thick * tip.R[:, 0],

@@ -62,8 +62,8 @@ def test_a_path_off_the_surface_is_refused():
     require_path(Board(), circle(0.3))
     with pytest.raises(ConfigError, match=r"the path leaves surface 'board'.*1 m x 1 m"):
         require_path(Board(size=(1.0, 1.0)), circle(0.6))
-    with pytest.raises(ConfigError, match="the lap leaves surface 'cylinder'"):
-        require_path(Cylinder(radius=0.2), circle(0.3), "the lap")
+    with pytest.raises(ConfigError, match="the path leaves surface 'cylinder'"):
+        require_path(Cylinder(radius=0.2), circle(0.3))
 
 
 def test_a_surface_covers_its_size_and_no_more():

@@ -65,11 +65,14 @@ class Bodies:
     Args:
         robot: whose.
         link: whose pose is on the lab's topics.
+
+    Attributes:
+        sizes: of what is measured, in the order of `of`.
     """
 
     def __init__(self, robot: Robot, link: str) -> None:
-        sizes = (3, 4, 3, 3, robot.n_joints, robot.n_vectoring)
-        given = [ca.SX.sym(name, size) for name, size in zip("pqvwjg", sizes, strict=True)]
+        self.sizes = (3, 4, 3, 3, robot.n_joints, robot.n_vectoring)
+        given = [ca.SX.sym(name, size) for name, size in zip("pqvwjg", self.sizes, strict=True)]
         p, q, v, w, joints, vectoring = given
         cog, R_root_C, _, link_root, R_root_link = frames_function(robot, link)(joints, vectoring)
         R: Any = rotation_from_quaternion(q / ca.norm_2(q))

@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from skylimb.analysis.exchange.containers import ENDINGS, container_of
+from skylimb.analysis.exchange.containers import CONTAINERS, container_of, ending_of
 from skylimb.analysis.exchange.frames import lab_link
 from skylimb.analysis.exchange.from_run import messages_of, topics_of
 from skylimb.analysis.exchange.lab_topics import IN_LOGS, NAMESPACE, require_namespace
@@ -16,7 +16,7 @@ from skylimb.analysis.exchange.run_topics import row_names
 from skylimb.analysis.exchange.stream import Raw, decoded, encoder
 from skylimb.analysis.exchange.to_run import Read, run_from
 from skylimb.analysis.recording.run import Run
-from skylimb.base.errors import ConfigError, OutputError, choice_error
+from skylimb.base.errors import ConfigError, OutputError
 from skylimb.base.files import require_new
 from skylimb.robots.loader import load_robot
 
@@ -36,7 +36,7 @@ def read_log(path: str | Path, robot: str = "", link: str = "") -> Read:
         MissingExtraError: for a bag or an MCAP file without the extra `logs`.
     """
     path = Path(path)
-    if path.suffix not in (".bag", ".mcap"):
+    if path.suffix not in CONTAINERS:
         return Read(Run.load(path), ())
     with container_of(path).read(path) as messages:
         return run_from(
@@ -76,9 +76,7 @@ def write_log(
     require_namespace(namespace)
     if ros2 and path.suffix != ".mcap":
         raise ConfigError(f"messages of ROS 2 are written as .mcap, not as '{path.name}'")
-    if path.suffix not in ENDINGS:
-        raise choice_error("ending of a log", path.suffix or str(path), ENDINGS)
-    if path.suffix == ".nc":
+    if ending_of(path) == ".nc":
         run.save(path)
         return ()
     container, types = container_of(path), Ros2Types().types if ros2 else message_types()
@@ -102,8 +100,7 @@ def convert(
     Returns:
         What one of the formats cannot hold, one line each.
     """
-    if Path(target).suffix not in ENDINGS:
-        raise choice_error("ending of a log", Path(target).suffix or str(target), ENDINGS)
+    ending_of(target)
     require_new(target)
     read = read_log(source, robot, link)
     return (*read.notes, *write_log(read.run, target, robot, link, namespace, ros2))

@@ -61,7 +61,6 @@ def messages_of(
     types: Any,
     link: str,
     namespace: str = NAMESPACE,
-    start: int = START,
     ros2: bool = False,
 ) -> Iterator[Message]:
     """Everything that a run holds, in the order of time.
@@ -72,7 +71,6 @@ def messages_of(
         types: message types.
         link: whose pose is on the lab's topics.
         namespace: of the lab's topics, and of its frames.
-        start: time of the first row, ns.
         ros2: whether topics, types and names are those of ROS 2.
     """
 
@@ -80,16 +78,16 @@ def messages_of(
         return Message(topic.full(namespace), topic.type, time, message_of(types, topic.type, value, k))
 
     for topic, value in record_messages(run):
-        yield message(topic, start, value)
+        yield message(topic, START, value)
     topics, table, shown = topics_of(run.log), row_table(run.log), np.full(7, np.nan)
     view_of = _views(run.log, robot, link, (OwnNames if ros2 else Names)(robot, namespace))
     if ros2:  # whoever opens it sees the robot fly, with nothing beside it
         topics = [one for topic in (*topics, TF) if (one := spoken(topic)) is not None]
-        for topic, value in (*described(robot), (TF_STATIC, mounts(view_of(0, start * 1e-9)))):
-            yield message(topic, start, value)
+        for topic, value in (*described(robot), (TF_STATIC, mounts(view_of(0, START * 1e-9)))):
+            yield message(topic, START, value)
     seconds = run.log.time.values - run.log.time.values[0]
     period = float(np.median(np.diff(seconds))) if len(seconds) > 1 else 1.0
-    for k, time in enumerate((start + np.round(seconds * 1e9).astype(np.int64)).tolist()):
+    for k, time in enumerate((START + np.round(seconds * 1e9).astype(np.int64)).tolist()):
         yield message(ROW, time, {"data": table[k]})
         tick = view_of(k, time * 1e-9)
         for topic in topics:
@@ -108,8 +106,7 @@ def _views(log: xr.Dataset, robot: Robot, link: str, names: Names) -> Callable[[
     wanted = {*_MEASURED, *_FELT, *(name for topic in IN_LOGS for name in topic.needs)}
     values = {name: np.asarray(log[name].values) for name in sorted(wanted) if name in log.variables}
     bodies, none = Bodies(robot, link), np.zeros(0)
-    sizes = (3, 4, 3, 3, robot.n_joints, robot.n_vectoring)
-    unknown = {name: np.full(size, np.nan) for name, size in zip(_MEASURED, sizes, strict=True)}
+    unknown = {name: np.full(size, np.nan) for name, size in zip(_MEASURED, bodies.sizes, strict=True)}
 
     def view(k: int, stamp: float) -> TickView:
         row = {name: column[k] for name, column in values.items()}

@@ -43,7 +43,7 @@ class Names:
         description, self._namespace = robot.description, namespace.strip("/")
         self._description = description
         self.joints = description.shape_joints
-        self.mass = sum(link.inertial.mass for link in description.links)
+        self.mass = description.mass
         self.gimbals = tuple(map(lab_name, description.vectoring_joints))
 
     def frame(self, name: str) -> str:

@@ -95,7 +95,7 @@ class RobotReport:
     @property
     def mass(self) -> float:
         """Mass of the model, kg."""
-        return sum(link.inertial.mass for link in self.description.links)
+        return self.description.mass
 
 
 def check_robot_file(
@@ -122,7 +122,7 @@ def check_robot_file(
     """
     if _is_ours(path):
         description = read_description(path)
-        return _report(Path(path), description, sum(link.inertial.mass for link in description.links), [])
+        return _report(Path(path), description, description.mass, [])
     text = read_urdf_text(path, packages, args)
     said = read_mapping(mapping)
     said = replace(said, rotors=said.rotors or text.rotors)
@@ -197,11 +197,9 @@ def _report(path: Path, description: RobotDescription, mass_in: float, doubts: l
     if any(rotor.radius is None for rotor in description.rotors):
         unknown = "is neither said nor drawn, so a disc that touches a surface is not seen"
         found.append(Doubt("radius of the rotors", unknown, "say radius in a mapping file"))
-    mass = sum(link.inertial.mass for link in description.links)
-    if abs(mass - mass_in) > _MASS:
-        found.append(
-            Doubt("mass", f"{mass_in:.6f} kg went in and {mass:.6f} kg came out", "report this", fatal=True)
-        )
+    if abs(description.mass - mass_in) > _MASS:
+        differ = f"{mass_in:.6f} kg went in and {description.mass:.6f} kg came out"
+        found.append(Doubt("mass", differ, "report this", fatal=True))
     if not any(doubt.fatal for doubt in found):
         found += faults(lambda: check_description(description), "the description")
     acting: Actuation | None = None
@@ -218,7 +216,7 @@ def _report(path: Path, description: RobotDescription, mass_in: float, doubts: l
             except SkylimbError as error:
                 found.append(Doubt("the simulation", str(error), "look at meshes and inertias", fatal=True))
             else:
-                found += collision_doubts(collisions, mass)
+                found += collision_doubts(collisions, description.mass)
         if not any(doubt.fatal for doubt in found):
             found += hover_doubts(robot)
     return RobotReport(path, description, mass_in, acting, collisions, together(found))

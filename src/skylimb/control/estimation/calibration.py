@@ -181,6 +181,13 @@ def calibrate(
     return learnt, estimate, {"thrust_scale_estimate": scale}
 
 
+def as_scaled(gains: Any, state: Correction, rotors: Wrench) -> Wrench:
+    """What the rotors make, with the scale of all thrusts where one is learnt."""
+    if not gains.thrust:
+        return rotors
+    return Wrench(state.scale * rotors.force, state.scale * rotors.torque)
+
+
 def is_sound(known: Estimate) -> Any:
     """1 for a robot whose bias and scale of the thrusts leave it fit to touch a surface, else 0."""
     sound, model = 1.0, known.body.model

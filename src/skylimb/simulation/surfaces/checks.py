@@ -87,7 +87,7 @@ def way_clear(
     return np.inf
 
 
-def require_path(surface: Surface, points: np.ndarray, what: str = "the path") -> None:
+def require_path(surface: Surface, points: np.ndarray) -> None:
     """Raise a `ConfigError` when points (n, 3), W, m, do not all face the surface within its `size`."""
     points = np.atleast_2d(points)
     outside = np.flatnonzero(~surface.covers(points))
@@ -95,6 +95,6 @@ def require_path(surface: Surface, points: np.ndarray, what: str = "the path") -
         x, y, z = points[outside[0]]
         (_, u, v), (width, height) = surface.to_local(points[outside[0]]), surface.size
         raise ConfigError(
-            f"{what} leaves surface '{surface.kind}' at ({x:.3f}, {y:.3f}, {z:.3f}) m: u = {u:.3f} m, "
+            f"the path leaves surface '{surface.kind}' at ({x:.3f}, {y:.3f}, {z:.3f}) m: u = {u:.3f} m, "
             f"v = {v:.3f} m are off its surface.size of {width:g} m x {height:g} m, or off its shape"
         )

@@ -14,7 +14,7 @@ from skylimb.base.packing import Layout
 from skylimb.simulation.surfaces.collision import native_text
 from skylimb.simulation.surfaces.shape import NativeShape, c_of_heights
 
-_SAMPLES = 2001  # of an arc length
+SAMPLES = 2001  # of an arc length
 
 
 class Graph(NativeShape):
@@ -36,11 +36,9 @@ class Graph(NativeShape):
     def unrolled(self, u: ArrayLike) -> np.ndarray:
         """Length along the surface, m, from u = 0 to each u at v = 0."""
         half = self.half_extent[0]
-        grid = np.linspace(-half, half, _SAMPLES)
+        grid = np.linspace(-half, half, SAMPLES)
         rate = np.sqrt(1.0 + self.derivatives(grid, np.zeros_like(grid))[1] ** 2)
-        length = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(grid))])
-        length -= np.interp(0.0, grid, length)
-        return np.interp(np.asarray(u, dtype=float), grid, length)
+        return arc_length(u, grid, 0.5 * (rate[1:] + rate[:-1]) * np.diff(grid))
 
     @property
     def tightest_hollow(self) -> float:
@@ -94,6 +92,12 @@ def _with_derivatives(h: ca.SX, u: ca.SX, v: ca.SX) -> list[ca.SX]:
     slopes = ca.gradient(h, ca.vertcat(u, v))
     bends = ca.jacobian(slopes, ca.vertcat(u, v))
     return [h, slopes[0], slopes[1], bends[0, 0], bends[0, 1], bends[1, 1]]
+
+
+def arc_length(u: ArrayLike, grid: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """Length along a line, m, from u = 0 to each u, where `steps` are the lengths between a grid's places."""
+    length = np.concatenate([[0.0], np.cumsum(steps)])
+    return np.interp(np.asarray(u, dtype=float), grid, length - np.interp(0.0, grid, length))
 
 
 def tightest_hollow(derivatives: np.ndarray) -> float:

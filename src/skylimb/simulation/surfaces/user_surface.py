@@ -36,13 +36,12 @@ from skylimb.base.user_code import UserCode
 from skylimb.base.user_modules import load_module, sources_of_module
 from skylimb.control.laws.user_functions import traceable
 from skylimb.simulation.surfaces.curved import CurvedSurface
-from skylimb.simulation.surfaces.graph import Formula, tightest_hollow
+from skylimb.simulation.surfaces.graph import SAMPLES, Formula, arc_length, tightest_hollow
 from skylimb.simulation.surfaces.shape import NativeShape, c_of_touch, meeting
 from skylimb.simulation.surfaces.user_checks import require_closest, require_smooth
 from skylimb.symbolic import is_symbolic
 
 _ANY = Key("", "a key of this surface", low=-math.inf, high=math.inf)
-_SAMPLES = 2001  # of an arc length
 
 
 @configuration
@@ -187,10 +186,9 @@ class _Closest(NativeShape):
         )
 
     def unrolled(self, u: ArrayLike) -> np.ndarray:
-        grid = np.linspace(-self._half[0], self._half[0], _SAMPLES)
+        grid = np.linspace(-self._half[0], self._half[0], SAMPLES)
         steps = np.hypot(np.diff(grid), np.diff(self.height(grid, 0.0)))
-        length = np.concatenate([[0.0], np.cumsum(np.nan_to_num(steps))])
-        return np.interp(np.asarray(u, dtype=float), grid, length - np.interp(0.0, grid, length))
+        return arc_length(u, grid, np.nan_to_num(steps))
 
     @property
     def tightest_hollow(self) -> float:

@@ -10,6 +10,7 @@ from skylimb.analysis.recording.run import Run
 from skylimb.analysis.scores.signals import phase_names, stretches
 from skylimb.base.errors import ConfigError
 from skylimb.flight.replay.doubts import doubts
+from skylimb.flight.replay.rates import SAME
 from skylimb.flight.replay.recorded import recorded, require_rising
 from skylimb.robots.model import Robot
 
@@ -36,9 +37,6 @@ MARGIN = 0.25
 
 _WILD = 15.0
 """Times its usual distance from the median of the five frames around it at which a frame is not used."""
-
-_SAME = 1e-9
-"""A pose that moved by less than this (m, or part of a unit quaternion) is the frame before, held."""
 
 
 Columns = dict[str, np.ndarray]
@@ -126,7 +124,7 @@ def fresh_frames(columns: Columns, dt: float) -> np.ndarray:
     """
     pose = np.concatenate([columns[POSITION], columns[QUATERNION]], axis=1)
     known = np.isfinite(pose).all(axis=1)
-    held = np.concatenate([[False], (np.abs(pose[1:] - pose[:-1]) < _SAME).all(axis=1)])
+    held = np.concatenate([[False], (np.abs(pose[1:] - pose[:-1]) < SAME).all(axis=1)])
     fresh = known & ~held
     if fresh.any():
         fresh[np.flatnonzero(fresh)[_wild(pose[fresh])]] = False
@@ -161,7 +159,7 @@ def _wild(frames: np.ndarray) -> np.ndarray:
     )
     beside = np.abs(frames - median_filter(frames, size=(5, 1), mode="nearest"))
     usual = np.sqrt(np.mean(np.minimum(beside, np.quantile(beside, 0.9, axis=0)) ** 2, axis=0))
-    return (beside > _WILD * np.maximum(usual, _SAME)).any(axis=1)
+    return (beside > _WILD * np.maximum(usual, SAME)).any(axis=1)
 
 
 def free_pieces(run: Run, dt: float) -> tuple[tuple[int, int], ...]:

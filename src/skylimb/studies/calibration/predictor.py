@@ -91,7 +91,6 @@ class Predictor:
         self.dt = dt
         functions = _functions(tuple(map(float, wheels)), mass, root[0], tuple(map(float, root[1])), dt)
         self._filtering, self._predicting = (fastest(each, often=True) for each in functions)
-        self.parameters = 11 + len(wheels)
 
     def start(self, steps: Steps, theta: np.ndarray) -> np.ndarray:
         """The state that the first frame suggests, at rest, (18,)."""
@@ -113,10 +112,10 @@ class Predictor:
 
     def predict(self, steps: Steps, theta: np.ndarray, start: np.ndarray, known: Filtered) -> Predicted:
         """Residuals and their derivatives by the parameters, with the filter's gains held."""
-        state = np.concatenate([start, np.zeros(STATES * self.parameters)])
+        state = np.concatenate([start, np.zeros(STATES * len(theta))])
         rows = [np.tile(theta, (len(steps.fresh), 1)), *steps, known.gains, known.whitening]
         found = scan(self._predicting, state, np.hstack(rows))
         residuals, slopes = found[:, :MEASURED], found[:, MEASURED:]
-        slopes = slopes.reshape(len(residuals), self.parameters, MEASURED).transpose(0, 2, 1)
+        slopes = slopes.reshape(len(residuals), len(theta), MEASURED).transpose(0, 2, 1)
         used = steps.fresh
         return Predicted(residuals * used, slopes * used[:, :, None])

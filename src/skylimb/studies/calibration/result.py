@@ -13,6 +13,7 @@ from skylimb.analysis.recording.run import Run
 from skylimb.analysis.recording.versions import versions
 from skylimb.base.config import from_mapping
 from skylimb.control.corrections import FORMAT, GAINS, Corrections
+from skylimb.robots.description import GRAVITY
 from skylimb.robots.model import Robot
 from skylimb.studies.calibration.estimate import Estimate
 from skylimb.studies.calibration.excited import motion_of
@@ -182,7 +183,7 @@ def true_values(run: Run, robot: Robot) -> np.ndarray | None:
     if plant is None or sensors is None:
         return None
     # Runs of before gravity was a key were flown with the engine's own.
-    gravity = float(config.get("gravity", 9.81))
+    gravity = float(config.get("gravity", GRAVITY))
     lag = float(plant.get("rotor_lag", -1.0))
     described = float(np.mean([rotor.lag for rotor in robot.description.rotors]))
     scale = np.asarray(plant.get("rotor_scale") or np.ones(robot.n_rotors), dtype=float)

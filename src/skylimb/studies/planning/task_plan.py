@@ -58,7 +58,6 @@ class TaskPlan:
         force: normal force, N.
         nominal: the nominal posture, or what is in the way of the pushes there.
         planned: the posture that was found.
-        purpose: of the vectoring angles that the controller flies with.
         there: the robot standing in it.
         coefficients: of its vectoring angles over its family, Chebyshev, (nv, degree + 1).
         own_flight: how the experiment was flown in the nominal posture, where it holds the pushes.
@@ -72,7 +71,6 @@ class TaskPlan:
     force: float
     nominal: TaskPosture | NotHeld
     planned: TaskPosture
-    purpose: str
     there: Robot
     coefficients: np.ndarray
     own_flight: Rehearsal | None = None
@@ -153,9 +151,7 @@ def plan_posture(
     why = "none leaves the tip a way to and fro on which the vectoring angles suit the task"
     missed, short = list[NotHeld](), ""
     for posture in _as_flown(robot, task, best_postures(robot, task, start), missed, least):
-        plan = TaskPlan(
-            experiment, robot, task, points, wanted, nominal, posture[0], needs.vectoring, *posture[1:]
-        )
+        plan = TaskPlan(experiment, robot, task, points, wanted, nominal, *posture)
         flown = _flown(plan, controller)
         why = flown.lost if flown else ""
         worse = flown.worse_than(own) if judged and flown and own and not why else ""
@@ -277,7 +273,7 @@ def write_planned(plan: TaskPlan, out: str | Path) -> None:
                     _beside(folder / "robot", visual.mesh, description.folder).write_bytes(mesh)
         (folder / "robot" / FLIGHT_FILE).write_text(tomli_w.dumps(flight), encoding="utf-8")
         robot = load_robot(str(folder / "robot"))
-        criteria = PURPOSES.get(plan.purpose, PURPOSES[TORQUE])
+        criteria = plan.task.criteria
         if plan.robot.n_vectoring:
             found = np.round(plan.coefficients, 10)
             write_table(

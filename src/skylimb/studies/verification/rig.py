@@ -11,6 +11,7 @@ import numpy as np
 
 from skylimb.robots.description import Tip
 from skylimb.simulation.contact import add_contact_sensor, set_contact_options
+from skylimb.simulation.contact_keys import TIP_GEOM
 from skylimb.simulation.surface_bodies import SurfaceParts, add_surface
 from skylimb.simulation.surfaces.surface import Surface
 from skylimb.simulation.tool import add_tool, tune_tool
@@ -53,7 +54,7 @@ def scene(
     body.explicitinertial = True
     body.mass, body.inertia, body.ipos = mass, np.broadcast_to(inertia, 3), [0.0, 0.0, 0.0]
     sphere = mujoco.mjtGeom.mjGEOM_SPHERE
-    body.add_geom(name="tip", type=sphere, size=[radius, 0.0, 0.0], pos=ball, contype=0, conaffinity=0)
+    body.add_geom(name=TIP_GEOM, type=sphere, size=[radius, 0.0, 0.0], pos=ball, contype=0, conaffinity=0)
     return spec, body, parts
 
 
@@ -187,7 +188,7 @@ class Bench:
                 biastype=mujoco.mjtBias.mjBIAS_AFFINE,
                 biasprm=[0.0, 0.0, -_SERVO] + [0.0] * 7,
             )
-        add_contact_sensor(spec, "tip", parts.geoms[0], 1)
+        add_contact_sensor(spec, TIP_GEOM, parts.geoms[0], 1)
         for name, kind in _SENSORS:
             spec.add_sensor(name=name, type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname="tip")
         self.model, self.data = released(spec, surface, parts)

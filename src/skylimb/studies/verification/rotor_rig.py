@@ -34,7 +34,6 @@ def description(
     drag: float = 0.0,
     torque: float = math.inf,
     hinge: Joint | None = None,
-    hinge_inertia: float = 2e-3,
 ) -> RobotDescription:
     """A body with four rotors around it whose axes are its own z, in no gravity.
 
@@ -44,12 +43,11 @@ def description(
         drag: torque over thrust, m.
         torque: greatest of a motor, N m.
         hinge: between the body and a second one, "arm", which then carries the rotors.
-        hinge_inertia: of that one about its axes, kg m^2.
     """
     carrier = "body" if hinge is None else "arm"
     links = [Link("body", Inertial(MASS, np.zeros(3), np.diag([ACROSS, ACROSS, ALONG])))]
     if hinge is not None:
-        links.append(Link("arm", Inertial(0.3, np.zeros(3), hinge_inertia * np.eye(3))))
+        links.append(Link("arm", Inertial(0.3, np.zeros(3), 2e-3 * np.eye(3))))
     rotors = tuple(
         Rotor(
             f"rotor{index + 1}", carrier, ARM * np.array([x, y, 0.0]), np.eye(3), spin, -spin * drag,

@@ -26,13 +26,11 @@ _SPEED = 0.13  # m/s: the paper's circle of 0.30 m in 14 s
 _TICK = 0.005  # s between two writes of a friction that varies
 
 
-def slide(
-    surface: Surface, speed: float, press: float = 1.0, arm: float = 0.0, duration: float = 1.5, **bench: Any
-) -> Trace:
-    """The trace of a tip pressed with `press` (N) that is drawn along +u at `speed` (m/s), settled."""
+def slide(surface: Surface, speed: float, arm: float = 0.0, duration: float = 1.5, **bench: Any) -> Trace:
+    """The trace of a tip pressed with 1 N that is drawn along +u at `speed` (m/s), settled."""
     mass = 4.0 if arm else 2.0
-    rig = Bench(surface, mass=mass, arm=arm, gap=-press / surface.stiffness, servos="uv", **bench)
-    rig.drive(push_w=press, speed_u=speed)
+    rig = Bench(surface, mass=mass, arm=arm, gap=-1.0 / surface.stiffness, servos="uv", **bench)
+    rig.drive(push_w=1.0, speed_u=speed)
     # Along the surface, so that a slope is not hit.
     normal = surface.local_closest(np.zeros(3))[1]
     rig.launch(u=speed, w=-speed * normal[1] / normal[0])

@@ -29,7 +29,7 @@ from skylimb.control.estimation.body_state import (
     angle_rates,
     initial_angle_rate_state,
 )
-from skylimb.control.estimation.calibration import Calibration, Correction, Learnt, calibrate
+from skylimb.control.estimation.calibration import Calibration, Correction, Learnt, as_scaled, calibrate
 from skylimb.control.estimation.estimate import PushState, estimate_of
 from skylimb.control.estimation.force_filter import ForceFilter
 from skylimb.control.estimation.gates import numbers
@@ -98,10 +98,7 @@ def step(gains: Any, state: State, sensed: Sensed) -> tuple[State, Estimate, Sig
 
 def commanded(gains: Any, state: State, estimate: Estimate, rotors: Wrench, dt: float) -> State:
     """The state that knows which wrench the rotors make until the next tick."""
-    if gains.calibration.thrust:
-        scale = state.correction.scale
-        rotors = Wrench(scale * rotors.force, scale * rotors.torque)
-    known = known_wrench(estimate.body, rotors)
+    known = known_wrench(estimate.body, as_scaled(gains.calibration, state.correction, rotors))
     return state._replace(body=state.body._replace(known_force=known.force, known_torque=known.torque))
 
 

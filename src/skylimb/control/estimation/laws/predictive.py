@@ -12,7 +12,7 @@ from dataclasses import field
 from typing import Any, NamedTuple
 
 from skylimb.base.keys import configuration
-from skylimb.control.estimation.calibration import Calibration, Correction, Learnt, calibrate
+from skylimb.control.estimation.calibration import Calibration, Correction, Learnt, as_scaled, calibrate
 from skylimb.control.estimation.delay import (
     Delay,
     DelayState,
@@ -72,10 +72,7 @@ def step(gains: Any, state: State, sensed: Sensed) -> tuple[State, Estimate, Sig
 
 def commanded(gains: Any, state: State, estimate: Estimate, rotors: Wrench, dt: float) -> State:
     """The state that knows which wrench the rotors make until the next tick."""
-    if gains.calibration.thrust:
-        scale = state.correction.scale
-        rotors = Wrench(scale * rotors.force, scale * rotors.torque)
-    known = known_wrench(estimate.body, rotors)
+    known = known_wrench(estimate.body, as_scaled(gains.calibration, state.correction, rotors))
     delay = remember(state.delay, known)
     known = known if gains.smoothing.imu else delayed_wrench(gains.delay.latency, delay, dt)
     observer = state.momentum.observer._replace(known_force=known.force, known_torque=known.torque)
