@@ -10,7 +10,6 @@ from skylimb.apps.cli.arguments import arg, flags, parse, verb_help
 from skylimb.apps.cli.options import assignments_of, settings_of
 from skylimb.base.errors import ConfigError
 
-
 NEGATIVE = ("-2", "-2.", "-.5", "-1e0", "-1E-3", "-1_0", "-inf", "-Infinity")
 """Numbers that begin as an option does."""
 

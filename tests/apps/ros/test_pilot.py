@@ -113,6 +113,8 @@ def test_takeoff_in_hover_start_in_flight_and_a_mission_that_nobody_knows_change
     assert robot.height > 0.5
     robot.tick(mission="papper")
     assert "did you mean 'paper'?" in robot.said[-1]
+    robot.tick(mission="")
+    assert robot.said[-1].startswith("unknown mission ''")
     robot.tick(mission="paper")
     robot.tick(mission="paper", requests=(Pose(0.0, (0.0, 0.0, 1.0), LEVEL),))
     assert robot.said[-2:] == [

@@ -11,6 +11,7 @@ import xmlrpc.client
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -112,7 +113,8 @@ def test_a_kill_switch_that_connects_to_a_new_master_is_heard(
         others.append(subprocess.Popen([sys.executable, "-c", HALT], env=master))
         until(lambda: "teleop_command/halt" in seen)
         until(lambda: bridge.faults["master was started anew"] > 0)
-        known = xmlrpc.client.ServerProxy(master["ROS_MASTER_URI"]).getSystemState("/test")[2]  # type: ignore[index]
+        again: Any = xmlrpc.client.ServerProxy(master["ROS_MASTER_URI"])
+        known = again.getSystemState("/test")[2]
         topics, services = [{name for name, nodes in known[k] if "/skylimb_both" in nodes} for k in (0, 2)]
         assert {"/hydrus_xi/flight_state", "/diagnostics"} <= topics
         assert "/hydrus_xi/joints/torque_enable" in services
