@@ -190,6 +190,7 @@ class Pilot:
             flight is not None and flight.cut,
             # Whom nobody commands here the flight controller brings down by itself.
             flight is None or flight.thrust.light,
+            self._foreign,
         )
 
     def _lead(self, flight: Airborne, inputs: Inputs, said: list[str]) -> None:

@@ -35,17 +35,21 @@ class MasterWatch:
         self.gone, self.anew, self._every, self._end = 0, 0, every, threading.Event()
         self._commands, self._name, self._register = commands, name, register
         self.foreign: tuple[str, ...] | None = None
+        self._ask()  # who commands a robot that flies already has to be known before it is taken over
         self._thread = threading.Thread(target=self._watch, daemon=True)
         self._thread.start()
 
     def _watch(self) -> None:
         while not self._end.wait(self._every):
-            try:
-                self._ask()
-            except Exception:  # a socket's error, or one of the master's own
-                self.gone += 1
+            self._ask()
 
     def _ask(self) -> None:
+        try:
+            self._look()
+        except Exception:  # a socket's error, or one of the master's own
+            self.gone += 1
+
+    def _look(self) -> None:
         import rosgraph
 
         master = rosgraph.Master(self._name)
