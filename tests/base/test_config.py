@@ -242,6 +242,8 @@ def test_an_entry_that_a_list_does_not_have_is_named(key, words):
     [
         ("a.b=0.3", ("a.b", 0.3)),
         (" a = -1 ", ("a", -1)),
+        ("a=-2.", ("a", -2.0)),
+        ("a=.5", ("a", 0.5)),
         ("a=circle", ("a", "circle")),
         ("a=./my file.toml", ("a", "./my file.toml")),
         ("a='x=y'", ("a", "x=y")),

@@ -28,3 +28,4 @@ def test_a_name_is_shown_in_one_line() -> None:
 def test_what_was_given_is_no_guess_of_what_was_meant() -> None:
     assert nearest("robots/mine", ["robots/mine", "robots/mind"]) == "robots/mind"
     assert nearest("robots/mine", ["robots/mine"]) is None
+    assert nearest("robots/mine" + 100 * "x", ["robots/mine" + 99 * "x"]) is None  # it would take its time

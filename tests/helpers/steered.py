@@ -75,7 +75,7 @@ class Steered:
         self,
         *orders: Order,
         requests: tuple[Any, ...] = (),
-        mission: str = "",
+        mission: str | None = None,
         spoil: Any = None,
         received: Received | None = None,
     ) -> Tick:

@@ -157,6 +157,8 @@ def with_overrides(config: T, overrides: Mapping[str, Any], where: str = "overri
 def parse_assignment(text: str, example: str = "trajectory.radius=0.25") -> tuple[str, Any]:
     """Split `a.b=0.3` into the dotted key and its TOML value; a bare word is a string.
 
+    A number may be any that `float` takes, as elsewhere on the command line: TOML has no `-2.` and no `.5`.
+
     Args:
         text: the assignment.
         example: of one, for messages.
@@ -174,7 +176,10 @@ def parse_assignment(text: str, example: str = "trajectory.radius=0.25") -> tupl
     except ValueError:
         if value[0] in "[{\"'" or "\n" in value:
             raise ConfigError(f"cannot read the value of '{text}': '{value}' is not a TOML value") from None
-        return key, value
+        try:
+            return key, float(value)
+        except ValueError:
+            return key, value
     if len(table) != 1:
         raise ConfigError(f"cannot read the setting '{text}': one KEY=VALUE at a time")
     return key, table["value"]

@@ -119,7 +119,9 @@ def extra_module(name: str) -> Any:
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
-    """The known name most like `name`, or None when none is near."""
+    """The known name most like `name`, or None when none is near; a very long one would take its time."""
+    if len(name) > _LONG_NAME:
+        return None
     others = [other for other in known if other != name]
     found = difflib.get_close_matches(name, others, n=1, cutoff=0.5)
     return found[0] if found else None

@@ -10,6 +10,9 @@ from skylimb.apps.cli.arguments import arg, flags, parse, verb_help
 from skylimb.apps.cli.options import assignments_of, settings_of
 from skylimb.base.errors import ConfigError
 
+NEGATIVE = ("-2", "-2.", "-.5", "-1e0", "-1E-3", "-1_0", "-inf", "-Infinity")
+"""Numbers that begin as an option does."""
+
 
 def verb(
     what: Annotated[str, arg("Half of it, 50 %.", "WHAT")],
@@ -65,6 +68,10 @@ def test_what_is_left_out_takes_the_default_of_the_function() -> None:
         (["x", "--set", "a=1", "b=-2", "--set", "c=3"], {"set": {"a": 1, "b": -2, "c": 3}}),
         (["x", "--count", "-3"], {"count": -3}),
         (["x", "--box", "-1", "2.5"], {"box": (-1.0, 2.5)}),
+        *((["x", "--speed", word], {"speed": float(word)}) for word in NEGATIVE),
+        (["x", "--box", *NEGATIVE], {"box": tuple(map(float, NEGATIVE))}),
+        (["x", "--names", "-1e0,.5,-2.", "--quick"], {"names": ("-1e0,.5,-2.",), "quick": True}),
+        *((["x", "--set", f"a={word}"], {"set": {"a": float(word)}}) for word in (*NEGATIVE, "2.", ".5")),
         (["x", "--box"], {"box": ()}),
         (["x", "--quick"], {"quick": True}),
         (["--no-quick", "x"], {"quick": False}),
@@ -94,6 +101,7 @@ def test_options_that_verbs_share_come_as_one_value() -> None:
         (["x", "--set", "a=1", "a=2"], "--set gives 'a' twice"),
         (["x", "--kind", "smal"], "--kind = 'smal' is not one of big, small; did you mean 'small'?"),
         (["x", "--speed"], "--speed needs a value"),
+        (["x", "--speed", "-2.m"], "--speed needs a value"),
         (["x", "--sped", "1"], "unknown option of do '--sped'; did you mean '--speed'?"),
         (["x", "--spee", "1"], "unknown option of do '--spee'"),
         (["x", "y", "z"], "'z' is one argument too many; see skylimb do --help"),

@@ -11,7 +11,9 @@ from skylimb.apps.cli import ros as verbs
 from skylimb.apps.cli.arguments import parse
 from skylimb.apps.ros.limits import FlightLimits
 from skylimb.apps.ros.node_config import NodeConfig
+from skylimb.apps.ros.run import Flown
 from skylimb.base.errors import ConfigError
+from skylimb.flight.realtime.timing import Timing
 
 FENCE = ["--fence", "-2", "2", "-1.5", "2", "0", "3"]
 BOUNDS = ((-2.0, 2.0), (-1.5, 2.0), (0.0, 3.0))
@@ -23,8 +25,9 @@ def asked(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Ca
 
     made: list[NodeConfig] = []
 
-    def be(rim: Any, profile: str, options: verbs.NodeOptions, **own: Any) -> None:
+    def be(rim: Any, profile: str, options: verbs.NodeOptions, **own: Any) -> int:
         made.append(verbs._asked(profile, options, **own))
+        return 0
 
     monkeypatch.setattr(verbs, "_be", be)
 
@@ -58,3 +61,11 @@ def test_a_fence_that_is_none_is_refused_before_anything_is_reached(
 def test_the_fence_of_fly_is_for_a_robot_alone() -> None:
     with pytest.raises(ConfigError, match="--check and --fence are for a robot"):
         parse("fly", realtime.fly, ["paper", "--realtime", *FENCE])()
+
+
+@pytest.mark.parametrize("broken", ["", "the middleware's process is gone"])
+def test_a_node_that_ends_by_itself_ends_with_1(broken: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By which whoever supervises it knows that it was not its user."""
+    timing = Timing(0.005, np.zeros(2), np.zeros(2), np.zeros(2, dtype=bool))
+    monkeypatch.setattr("skylimb.apps.ros.run.run", lambda *given: Flown((), timing, {}, broken=broken))
+    assert parse("ros", verbs.ros, ["both"])() == int(bool(broken))

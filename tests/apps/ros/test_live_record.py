@@ -33,7 +33,7 @@ def flown(request: pytest.FixtureRequest) -> Flown:
     record = LiveRecord(robot.takeoff, robot.plant.layout, robot.pilot.rehearsed())
     missions: list[Flight] = []
 
-    def tick(*orders: Order, mission: str = "") -> None:
+    def tick(*orders: Order, mission: str | None = None) -> None:
         flown = robot.tick(*orders, mission=mission)
         list(record.add(flown, robot.rows[-1]))
         if over := record.mission_flown(flown):

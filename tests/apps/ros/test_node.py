@@ -168,9 +168,17 @@ def test_it_ends_when_the_middleware_is_gone_and_says_each_fault_once() -> None:
     flying, _, said = node(carrier)
     flying.spin()
     assert said == ["fault: master is gone", "the middleware's process is gone"]
+    assert flying.broken == said[-1]
     shown = carrier.of(DIAGNOSTICS)
     status = [one["status"][0] for one in shown]
     assert [one["level"] for one in status] == [0, 1, 0, 0]
     assert status[1]["message"] == "master is gone (1)"
     assert {"key": "master is gone", "value": "1"} in status[-1]["values"]
     assert len(flying.timing.late) == 900
+
+
+def test_a_middleware_that_goes_in_flight_leaves_a_robot_that_nobody_commands() -> None:
+    flying, both, said = node(Carrier({2: ["teleop_command/start"], 20: ["teleop_command/takeoff"]}, 600))
+    flying.spin()
+    assert both.pilot.flying.in_air
+    assert said[-1] == "the middleware's process is gone in flight: nobody commands the robot any more"

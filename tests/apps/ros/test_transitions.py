@@ -251,3 +251,21 @@ def test_a_flight_that_somebody_else_began_is_adopted(
     for k in range(4):
         flying, _ = advance(flying, seen(0.2 * k, position=position, armed=True), limits)
     assert (flying.state, flying.force_landing) == (state, forced)
+
+
+@pytest.mark.parametrize("known", [False, True])
+def test_a_robot_that_somebody_else_commands_is_left_to_it_and_stops_by_order(known: bool) -> None:
+    """Two that command one robot lose it. It is taken over once nobody else is there."""
+    theirs = {"position": UP, "armed": True, "foreign": ("/base on /h/four_axes/command",)}
+    begun = at(FlightState.ARM_OFF) if known else Flying()
+    flying, said = after(begun, *(seen(0.2 * k, **theirs) for k in range(20)))
+    assert (flying.state, flying.arming) == (FlightState.ARM_OFF, None)
+    assert said == [
+        "the flight controller is armed, and left to who commands it: /base on /h/four_axes/command"
+    ]
+    for order, state in ((Order.HALT, FlightState.STOP), (Order.FORCE_LANDING, FlightState.LAND)):
+        assert advance(flying, seen(4.0, order, **theirs), LIMITS)[0].state == state
+    alone, _ = after(flying, *(seen(4.0 + 0.2 * k, position=UP, armed=True) for k in range(4)))
+    assert alone.state == (FlightState.STOP if known else FlightState.LAND)
+    _, again = after(flying, seen(4.0, armed=False), seen(5.0, **theirs))
+    assert again == said

@@ -5,14 +5,13 @@ from __future__ import annotations
 import os
 import shutil
 import socket
-import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from ros1_master import started_master
 from skylimb.analysis.exchange.message_types import Definitions
 from skylimb.apps.ros1.installation import require_ros
 from skylimb.base.errors import MissingExtraError
@@ -43,25 +42,14 @@ def master(ros: None, tmp_path: Path) -> Iterator[dict[str, str]]:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
     environment = {
+        "MASTER_PORT": str(port),
         **os.environ,
         "ROS_MASTER_URI": f"http://127.0.0.1:{port}",
         "ROS_IP": "127.0.0.1",
         "ROS_HOME": str(tmp_path / "ros_home"),
         "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
     }
-    # Debian's program is for Debian's own Python.
-    own = {name: value for name, value in environment.items() if name != "PYTHONPATH"}
-    process = subprocess.Popen(
-        ["rosmaster", "--core", "-p", str(port)],
-        env=own,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
-    for _ in range(200):
-        with socket.socket() as probe:
-            if probe.connect_ex(("127.0.0.1", port)) == 0:
-                break
-        time.sleep(0.05)
+    process = started_master(environment)
     environment["MASTER_PID"] = str(process.pid)
     yield environment
     process.terminate()

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import os
+import signal
+import subprocess
+import sys
 import time
 import xmlrpc.client
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from ros1_master import started_master
 from skylimb.analysis.exchange.lab_topics import Topic
 from skylimb.apps.ros.answers import END
 from skylimb.apps.ros.bridge import Bridge
@@ -64,3 +71,56 @@ def test_who_shuts_a_node_down_lands_it_first(
             assert not answer.done()
         finally:
             bridge.close()
+
+
+HALT = """
+import time
+from skylimb.apps.ros1.installation import require_ros
+require_ros()
+import rospy
+from std_msgs.msg import Empty
+rospy.init_node("kill_switch", disable_signals=True)
+halt = rospy.Publisher("/hydrus_xi/teleop_command/halt", Empty, queue_size=1)
+end = time.monotonic() + 30.0
+while time.monotonic() < end:
+    halt.publish()
+    time.sleep(0.05)
+"""
+"""Somebody who connects anew, and stops the motors."""
+
+
+def test_a_kill_switch_that_connects_to_a_new_master_is_heard(
+    master: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, value in master.items():
+        monkeypatch.setenv(name, value)
+    bridge = Bridge("skylimb.apps.ros1", "both", [str(MESSAGES)], "hydrus_xi", False, False)
+    seen: set[str] = set()
+    others: list[subprocess.Popen[bytes]] = []
+
+    def until(done: Callable[[], bool]) -> None:
+        end = time.monotonic() + 30.0
+        while not done() and time.monotonic() < end:
+            seen.update(one.topic for one in bridge.take())
+            time.sleep(0.02)
+        assert done(), (seen, bridge.faults)
+
+    try:
+        until(lambda: "skylimb/foreign" in seen)  # it runs
+        os.kill(int(master["MASTER_PID"]), signal.SIGKILL)
+        until(lambda: bridge.faults["master is gone"] > 0)
+        others.append(started_master(master))
+        others.append(subprocess.Popen([sys.executable, "-c", HALT], env=master))
+        until(lambda: "teleop_command/halt" in seen)
+        until(lambda: bridge.faults["master was started anew"] > 0)
+        again: Any = xmlrpc.client.ServerProxy(master["ROS_MASTER_URI"])
+        known = again.getSystemState("/test")[2]
+        topics, services = [{name for name, nodes in known[k] if "/skylimb_both" in nodes} for k in (0, 2)]
+        assert {"/hydrus_xi/flight_state", "/diagnostics"} <= topics
+        assert "/hydrus_xi/joints/torque_enable" in services
+        assert bridge.faults["master was started anew"] == 1
+    finally:
+        bridge.close()
+        for one in others[::-1]:
+            one.kill()
+            one.wait()

@@ -42,7 +42,11 @@ class arg:  # noqa: N801  # reads as a word in the annotations
 
 
 class _Parser(argparse.ArgumentParser):
-    """Raises in place of printing and leaving."""
+    """Raises in place of printing and leaving, and takes every number for a value."""
+
+    def _parse_optional(self, arg_string: str) -> Any:
+        """What option a word is; none where it is a number. argparse takes -2. and -1e0 for options."""
+        return None if _is_numeric(arg_string) else super()._parse_optional(arg_string)
 
     def error(self, message: str) -> NoReturn:
         missing = message.partition("the following arguments are required: ")[2]
@@ -171,6 +175,14 @@ def _add(parser: _Parser, parameter: inspect.Parameter) -> None:
     elif positional and default is not parameter.empty:
         options["nargs"] = "?"
     parser.add_argument(name if positional else f"--{name}", **options)
+
+
+def _is_numeric(word: str) -> bool:
+    """Whether it is what `float` takes, or several of these with commas between them."""
+    try:
+        return bool([float(part) for part in word.split(",")])
+    except ValueError:
+        return False
 
 
 def _value(label: str, types: tuple[Any, ...], choices: tuple[str, ...], word: str) -> Any:

@@ -78,7 +78,7 @@ def ros(
         arg("The robot's own files of motor_info, servo_controller and uav_model.", "YAML ..."),
     ] = (),
     anywhere: Annotated[bool, arg("Whether master and node may be on a network.")] = False,
-) -> None:
+) -> int:
     """Be a node on ROS 1: the lab's robot simulated, our controller for its robot, or both.
 
     PROFILE is simulator (our plant under the lab's own stack), controller (our controller for a robot or for
@@ -95,7 +95,7 @@ def ros(
     from skylimb.apps.ros1.rim import ROS1
 
     own = {"messages": messages, "link": link, "lab_files": config}
-    _be(ROS1, profile, options, namespace=namespace, anywhere=anywhere, **own)
+    return _be(ROS1, profile, options, namespace=namespace, anywhere=anywhere, **own)
 
 
 def ros2(
@@ -104,7 +104,7 @@ def ros2(
     options: NodeOptions = NodeOptions(),
     namespace: Annotated[str, arg("Of the topics.", "NAME")] = "skylimb",
     anywhere: Annotated[bool, arg("Whether it may be heard beyond this machine.")] = False,
-) -> None:
+) -> int:
     """Be a node on ROS 2, where none need be installed: a robot simulated, our controller for one, or both.
 
     PROFILE is as of `skylimb ros`. Flight states, supervisor and recorder are the same; messages, frames and
@@ -117,7 +117,7 @@ def ros2(
     """
     from skylimb.apps.ros2.rim import ROS2
 
-    _be(ROS2, profile, options, namespace=namespace, anywhere=anywhere)
+    return _be(ROS2, profile, options, namespace=namespace, anywhere=anywhere)
 
 
 def _asked(profile: str, options: NodeOptions, **own: Any) -> NodeConfig:
@@ -143,8 +143,8 @@ def _asked(profile: str, options: NodeOptions, **own: Any) -> NodeConfig:
     )
 
 
-def _be(rim: Rim, profile: str, options: NodeOptions, **own: Any) -> None:
-    """Be a node until it ends, keep what it flew, and say how it went."""
+def _be(rim: Rim, profile: str, options: NodeOptions, **own: Any) -> int:
+    """Be a node until it ends, keep what it flew, and say how it went; 1 where it failed."""
     config = _asked(profile, options, **own)
     folder = new_folder(options.out, "ros") if options.out else None
     from skylimb.analysis.exchange.recorder import recording
@@ -157,8 +157,9 @@ def _be(rim: Rim, profile: str, options: NodeOptions, **own: Any) -> None:
             with output.working("writing the results"):
                 write(flown, folder)
     if config.check:
-        raise SystemExit(1 if flown.failed else 0)
+        return int(bool(flown.failed))
     print(flown.timing.verdict())
     output.faults(flown.faults)
     if folder is not None:
         output.places(folder)
+    return int(bool(flown.broken))

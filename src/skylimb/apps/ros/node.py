@@ -47,6 +47,9 @@ class Node:
         pacer: of the ticks.
         say: takes what people are to read.
         recorder: keeps flights on the disk as they are flown.
+
+    Attributes:
+        broken: why it ended by itself; empty where its user ended it.
     """
 
     def __init__(
@@ -59,7 +62,7 @@ class Node:
     ) -> None:
         self._profile, self._bridge, self._pacer = profile, bridge, pacer
         self._say, self._recorder = say, recorder
-        self._to_end = 0
+        self._to_end, self.broken = 0, ""
         self._words: Words | None = None
         self._known: Counter[str] = Counter()
         self._last_said: dict[str, float] = {}
@@ -115,9 +118,13 @@ class Node:
                     self._took.append(self._pacer.elapsed())
         finally:
             self._profile.close()
+        last = self._profile.last
         gone = "" if self._to_end or not self._bridge.closed else "the middleware's process is gone"
-        if self._profile.over or gone:
-            self._say(self._profile.over or gone)
+        if gone and last is not None and last.motors:
+            gone += " in flight: nobody commands the robot any more"
+        self.broken = self._profile.over or gone
+        if self.broken:
+            self._say(self.broken)
 
     def look(self, seconds: float) -> list[Check]:
         """Listen for some seconds, publish nothing, and tell what was looked at."""

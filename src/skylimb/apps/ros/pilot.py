@@ -82,9 +82,9 @@ class Pilot:
             self._lead(self.flight, inputs, said)
         elif self.flying.state == FlightState.ARM_OFF:
             self._pose_on_ground(received, said)
-        elif received.requests or received.mission:
+        elif received.requests or received.mission is not None:
             said.append(f"in {self.flying.state.name} the robot is not steered")
-            self._counts["request refused"] += len(received.requests) + bool(received.mission)
+            self._counts["request refused"] += len(received.requests) + (received.mission is not None)
         if self.flight is not None:
             return self.flight.fly(self.flying, inputs, body, said)
         q, psi, _, _ = self.flyer.references.posture(self._form)
@@ -190,6 +190,7 @@ class Pilot:
             flight is not None and flight.cut,
             # Whom nobody commands here the flight controller brings down by itself.
             flight is None or flight.thrust.light,
+            self._foreign,
         )
 
     def _lead(self, flight: Airborne, inputs: Inputs, said: list[str]) -> None:
@@ -200,10 +201,10 @@ class Pilot:
             with self._refusals(type(request).__name__.lower(), said):
                 flight.lead_to(self._requests, request, inputs)
         name = inputs.received.mission
-        if name and name not in self.flyer.missions:
+        if name is not None and name not in self.flyer.missions:
             said.append(str(unknown_name("mission", name, self.flyer.missions)))
             self._counts["request refused"] += 1
-        elif name:
+        elif name is not None:
             with self._refusals(f"mission '{name}'", said):
                 flight.begin_mission(name, self.flyer.missions[name], inputs.now)
                 said.append(f"mission '{name}': on the way to its beginning")
@@ -218,8 +219,8 @@ class Pilot:
                 joints = self._requests.joints(request, references.shape(self._form).joints)
                 theta = self._requests.in_family(joints)
                 self._form = references.on_ground(joints) if theta is None else theta
-        if received.mission:
-            with self._refusals(f"mission '{received.mission}'", said):
+        if received.mission is not None:
+            with self._refusals(f"mission '{received.mission[:60]}'", said):
                 raise RefusedError("nothing flies")
 
     @contextmanager

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from itertools import pairwise
 
 import numpy as np
@@ -18,6 +19,9 @@ from skylimb.robots.model import Robot
 
 OFF_FAMILY = 0.05
 """How far joint angles may be from the nearest posture of the family, or from a joint's end, rad."""
+
+MOST_POSES = 200
+"""Of a path: what is asked for is looked at within a tick."""
 
 _POSITION = (NavMode.POSITION, NavMode.POSITION_VELOCITY)
 _MODES = (NavMode.NO, NavMode.VELOCITY, *_POSITION)
@@ -79,15 +83,17 @@ class Requests:
         names = request.names or self._names
         if len(names) != len(request.angles):
             raise RefusedError(f"joints and angles are not as many: {len(names)} and {len(request.angles)}")
-        if twice := {name for name in names if names.count(name) > 1}:
-            raise RefusedError(f"{min(twice)!r} is named more than once")
+        if twice := [name for name, count in Counter(names).items() if count > 1]:
+            raise RefusedError(f"{min(twice)[:60]!r} is named more than once")
         known = dict(zip(self._names, present.tolist(), strict=True))
         joints = {
             name: angle for name, angle in zip(names, request.angles, strict=True) if "gimbal" not in name
         }
         unknown = sorted(joints.keys() - known.keys())
         if unknown:
-            raise RefusedError(f"no joint is called {unknown[0]!r}; the joints are {', '.join(self._names)}")
+            raise RefusedError(
+                f"no joint is called {unknown[0][:60]!r}; the joints are {', '.join(self._names)}"
+            )
         angles = np.array(list({**known, **joints}.values()))
         if not _sane(angles):
             raise RefusedError("a joint angle is no number")
@@ -106,6 +112,8 @@ class Requests:
 
     def _path(self, targets: Targets, here: Place, request: Path, now: float) -> Targets:
         _require_world(request.frame)
+        if len(request.poses) > MOST_POSES:
+            raise RefusedError(f"it has {len(request.poses)} poses, and at most {MOST_POSES} are flown")
         places = [here]
         for pose in request.poses:
             places.append(self._place(places[-1], pose))

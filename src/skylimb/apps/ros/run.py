@@ -56,12 +56,14 @@ class Flown:
         timing: how the loop kept to the clock.
         faults: how often each was met, by name.
         failed: names of the checks that failed, where it only looked.
+        broken: why the node ended by itself; empty where its user ended it.
     """
 
     kept: tuple[PendingRun, ...]
     timing: Timing
     faults: Mapping[str, int]
     failed: tuple[str, ...] = ()
+    broken: str = ""
 
 
 def run(
@@ -103,7 +105,7 @@ def run(
     for one in found or ():
         say(one.line)
     failed = tuple(one.name for one in found or () if not one.fine)
-    return Flown(tuple(profile.kept), node.timing, dict(node.faults), failed)
+    return Flown(tuple(profile.kept), node.timing, dict(node.faults), failed, node.broken)
 
 
 def _planned(config: NodeConfig) -> tuple[FlightPlan, Pacer]:

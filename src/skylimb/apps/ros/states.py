@@ -77,6 +77,7 @@ class Seen:
         rest: for how long the accelerometer has felt its weight and nothing else, s.
         cut: whether the supervisor has cut the rotors.
         light: whether the rotors are told less than any robot flies with.
+        foreign: who else commands the robot, "node on topic".
     """
 
     now: float
@@ -92,6 +93,7 @@ class Seen:
     rest: float = 0.0
     cut: bool = False
     light: bool = False
+    foreign: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -110,6 +112,7 @@ class Flying:
         above: the height above the origin at which it was known last, m.
         force_landing: whether the landing is a forced one.
         charge: whether the battery is nearly empty.
+        left: whether an armed robot is left to somebody else, who commands it.
     """
 
     state: FlightState = FlightState.ARM_OFF
@@ -123,6 +126,7 @@ class Flying:
     above: float = UNKNOWN_HEIGHT
     force_landing: bool = False
     charge: Charge = field(default_factory=Charge)
+    left: bool = False
 
     @property
     def low_battery(self) -> bool:

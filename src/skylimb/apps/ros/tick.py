@@ -31,7 +31,7 @@ class Received:
     Attributes:
         orders: of a user, in their order.
         requests: of a user, in their order.
-        mission: that is to be flown; empty for none.
+        mission: that is to be flown; None where none was asked for.
         acknowledged: the last command that the flight controller acknowledged since then.
         battery: charge, per cent.
         armed: whether the flight controller says that it is armed; None where it said nothing.
@@ -42,7 +42,7 @@ class Received:
 
     orders: tuple[Order, ...] = ()
     requests: tuple[Request, ...] = ()
-    mission: str = ""
+    mission: str | None = None
     acknowledged: int | None = None
     battery: float | None = None
     armed: bool | None = None

@@ -37,7 +37,11 @@ def advance(flying: Flying, seen: Seen, limits: FlightLimits) -> tuple[Flying, t
         The new state, and what has to be said to people, one line each.
     """
     said: list[str] = []
-    flying = replace(_placed(flying, seen), light=min(flying.light, seen.now) if seen.light else math.inf)
+    flying = replace(
+        _placed(flying, seen),
+        light=min(flying.light, seen.now) if seen.light else math.inf,
+        left=flying.left and seen.armed is not False,
+    )
     if seen.battery is not None:
         charge = flying.charge.after(seen.battery, limits.low_battery, seen.now)
         if charge.low and not flying.low_battery:
@@ -73,7 +77,15 @@ def _placed(flying: Flying, seen: Seen) -> Flying:
 
 
 def _found_armed(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
-    """Somebody else armed it, or it did not hear that it is over."""
+    """Somebody else armed it, or it did not hear that it is over.
+
+    Two that command one robot lose it: it is left to who does so, as long as that one is there.
+    """
+    if seen.foreign:
+        if not flying.left:
+            said.append(f"the flight controller is armed, and left to who commands it: {seen.foreign[0]}")
+        return replace(flying, left=True)
+    flying = replace(flying, left=False)
     known = flying.origin is not None
     # What was disarmed says so a little late; a first position comes a little late.
     waits = known or seen.position is None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
+import xmlrpc.client
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from importlib import import_module
@@ -44,11 +45,12 @@ class Rospy:
         definitions, topics, name = Definitions(messages), profile_topics(profile, servos), rospy.get_name()
         self._inbox = Inbox(topics.subscribed, definitions, namespace, time.monotonic, _subscribe, name)
         self._outbox = Outbox(topics.published, definitions, namespace, _Publisher)
-        self._master = MasterWatch({topic.full(namespace) for topic in topics.commands}, name)
         self._calls, self._services, self._closed = Calls(), list[Any](), threading.Event()
         rospy.on_shutdown(self._land)
         for topic in profile_services(profile, servos):
             self._services += _serve(topic.full(namespace), topic.name, self._calls)
+        commands = {topic.full(namespace) for topic in topics.commands}
+        self._master = MasterWatch(commands, name, self._register)
 
     def take(self) -> list[Arrived]:
         """What has come."""
@@ -72,7 +74,8 @@ class Rospy:
     @property
     def faults(self) -> Counter[str]:
         """How often each was met."""
-        return self._inbox.counts + self._outbox.counts + Counter({"master is gone": self._master.gone})
+        master = {"master is gone": self._master.gone, "master was started anew": self._master.anew}
+        return self._inbox.counts + self._outbox.counts + Counter(master)
 
     @property
     def foreign(self) -> tuple[str, ...] | None:
@@ -86,6 +89,19 @@ class Rospy:
         self._closed.set()
         self._master.close()
         rospy.signal_shutdown("done")
+
+    def _register(self, master: Any) -> None:
+        """Tell a master that was started anew of us, as rospy does once; connections that are open stay."""
+        import rospy
+
+        name, uri = rospy.get_name(), rospy.get_node_uri()
+        node: Any = xmlrpc.client.ServerProxy(uri)
+        for topic, kind in node.getSubscriptions(name)[2]:
+            node.publisherUpdate(name, topic, master.registerSubscriber(topic, kind, uri))
+        for service in self._services:
+            master.registerService(service.resolved_name, service.uri, uri)
+        for topic, kind in node.getPublications(name)[2]:  # the last, as they show whether it was told
+            master.registerPublisher(topic, kind, uri)
 
     def _land(self) -> None:
         """Whoever shuts the node down lands it first, as Ctrl-C does; rospy waits for it."""

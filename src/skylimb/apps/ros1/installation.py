@@ -86,7 +86,7 @@ def require_master(profile: str) -> None:
     if not rosgraph.is_master_online():
         raise ConfigError(f"no ROS master answers at '{uri}'; start roscore in another window")
     name, end = f"/{node_name(profile)}", time.monotonic() + _LEAVING
-    while _answers(name):  # a flight that was killed leaves a node that is on its way out
+    while answers(name):  # a flight that was killed leaves a node that is on its way out
         if time.monotonic() > end:
             raise ConfigError(
                 f"node '{name}' runs already below the master at '{uri}', and a second one of its name would "
@@ -95,16 +95,18 @@ def require_master(profile: str) -> None:
         time.sleep(0.1)
 
 
-def _answers(name: str) -> bool:
-    """Whether a node of this name is registered, and somebody answers at its address."""
+def answers(name: str) -> bool | None:
+    """Whether somebody answers at the address of a node of this name; None where that cannot be known."""
     import rosgraph
 
     try:
         address = urlparse(rosgraph.Master("/skylimb").lookupNode(name))
         with socket.create_connection((address.hostname or "", address.port or 0), timeout=1.0):
             return True
-    except (OSError, rosgraph.MasterException):  # nobody is there; or a registration that a kill left
+    except (ConnectionRefusedError, rosgraph.MasterException):  # a registration that a kill left; or none
         return False
+    except OSError:  # no way to its machine
+        return None
 
 
 def described_mass(namespace: str) -> float | None:

@@ -47,6 +47,7 @@ class GuardedController:
         flown: the reference that was flown last: the mission's, or that of the retreat.
         counts: how often each fault was met.
         failed: what the controller raised first, in words; empty while it has not.
+        why: what the supervisor saw when it broke the flight off, in words; empty while it has not.
         sees: whether the pose of the last tick was a measured one.
     """
 
@@ -66,7 +67,7 @@ class GuardedController:
         self._taken: tuple[float | None, float | None] = None, None
         self._last = Taken()
         self.flown: Reference | None = None
-        self.counts, self.failed, self.sees = Faults(), "", False
+        self.counts, self.failed, self.why, self.sees = Faults(), "", "", False
 
     @property
     def mode(self) -> str:
@@ -230,9 +231,9 @@ class GuardedController:
         if mode != self._mode:
             self._mode = mode
             if mode >= RETREAT:
-                _log.warning(
-                    "%s -> %s: %s", before, self.mode, ", ".join(n for n, b in bits.items() if b > 0.5)
-                )
+                seen = ", ".join(told.get(name, name) for name, bit in bits.items() if bit > 0.5)
+                self.why = self.why or seen
+                _log.warning("%s -> %s: %s", before, self.mode, seen)
 
     def _checked(self, command: Command) -> Command | None:
         """A command as arrays; None where it is none. The supervisor cuts it off at its limits."""
