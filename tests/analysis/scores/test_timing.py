@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from skylimb.analysis.figures.traces import pen_traces
+from skylimb.analysis.recording import Run
 from skylimb.analysis.scores.metrics import metrics
 from skylimb.flight.experiments.tolerances import Tolerances
 
@@ -120,6 +122,17 @@ def test_a_line_around_a_post_is_as_long_as_the_way_around_it():
     assert scores["line_length"] == pytest.approx(2.0 * np.pi * RADIUS, rel=1e-3)
     assert scores["line_shape"] == pytest.approx(0.0, abs=1e-6)
     assert scores["done"]
+
+
+def test_traces_around_a_post_are_unrolled_as_they_are_scored():
+    """Seen from before it the pen's trace would be as wide as the post, and its back lie on its front."""
+    run = Run("a", "task_frame", around_a_post(np.linspace(-np.pi, np.pi, 2000)), {})
+    (ax,) = (ax for ax in pen_traces({"a": run}).axes if ax.lines)
+    nominal, pen = (np.asarray(line.get_xdata()) for line in ax.lines[:2])
+    for line in (nominal, pen):
+        assert np.ptp(line) == pytest.approx(2.0 * np.pi * RADIUS, rel=0.01)
+        assert (np.diff(line) > 0.0).all() or (np.diff(line) < 0.0).all()
+    assert ax.get_xlabel() == "around the post (m)"
 
 
 @pytest.mark.parametrize("beside", [-0.008, 0.0, 0.008])

@@ -41,32 +41,40 @@ def test_only_the_profile_without_a_robot_does_without_unknown_types(profile: st
 MESSAGES = Path(__file__).parents[2] / "analysis" / "exchange" / "messages"
 
 
+class Heard:
+    """A node of the profile `both`, and the topics on which something came."""
+
+    def __init__(self, master: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> None:
+        for name, value in master.items():
+            monkeypatch.setenv(name, value)
+        self.bridge = Bridge("skylimb.apps.ros1", "both", [str(MESSAGES)], "hydrus_xi", False, False)
+        self.topics: set[str] = set()
+
+    def until(self, done: Callable[[], bool]) -> None:
+        """Take what comes until something is so."""
+        end = time.monotonic() + 30.0
+        while not done() and time.monotonic() < end:
+            self.topics.update(one.topic for one in self.bridge.take())
+            time.sleep(0.02)
+        assert done(), (self.topics, self.bridge.faults)
+
+
 def test_who_shuts_a_node_down_lands_it_first(
     master: dict[str, str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As `rosnode kill` does, and the master where another node takes the name."""
     import rosgraph
 
-    for name, value in master.items():
-        monkeypatch.setenv(name, value)
-    bridge = Bridge("skylimb.apps.ros1", "both", [str(MESSAGES)], "hydrus_xi", False, False)
-    seen: set[str] = set()
-
-    def until(topic: str) -> None:
-        end = time.monotonic() + 30.0
-        while topic not in seen and time.monotonic() < end:
-            seen.update(one.topic for one in bridge.take())
-            time.sleep(0.02)
-        assert topic in seen
-
+    node = Heard(master, monkeypatch)
+    bridge, seen, until = node.bridge, node.topics, node.until
     with ThreadPoolExecutor(1) as other:
         try:
-            until("skylimb/foreign")  # it runs
-            node = xmlrpc.client.ServerProxy(rosgraph.Master("/test").lookupNode("/skylimb_both"))
-            answer = other.submit(node.shutdown, "/test", "user request")
-            until(END)
+            until(lambda: "skylimb/foreign" in seen)  # it runs
+            server = xmlrpc.client.ServerProxy(rosgraph.Master("/test").lookupNode("/skylimb_both"))
+            answer = other.submit(server.shutdown, "/test", "user request")
+            until(lambda: END in seen)
             seen.clear()
-            until("skylimb/foreign")  # it goes on, until the flight has landed
+            until(lambda: "skylimb/foreign" in seen)  # it goes on, until the flight has landed
             assert not bridge.closed
             assert not answer.done()
         finally:
@@ -92,18 +100,9 @@ while time.monotonic() < end:
 def test_a_kill_switch_that_connects_to_a_new_master_is_heard(
     master: dict[str, str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for name, value in master.items():
-        monkeypatch.setenv(name, value)
-    bridge = Bridge("skylimb.apps.ros1", "both", [str(MESSAGES)], "hydrus_xi", False, False)
-    seen: set[str] = set()
+    node = Heard(master, monkeypatch)
+    bridge, seen, until = node.bridge, node.topics, node.until
     others: list[subprocess.Popen[bytes]] = []
-
-    def until(done: Callable[[], bool]) -> None:
-        end = time.monotonic() + 30.0
-        while not done() and time.monotonic() < end:
-            seen.update(one.topic for one in bridge.take())
-            time.sleep(0.02)
-        assert done(), (seen, bridge.faults)
 
     try:
         until(lambda: "skylimb/foreign" in seen)  # it runs

@@ -13,6 +13,8 @@ from matplotlib.ticker import MaxNLocator
 from skylimb.analysis.figures import style
 from skylimb.analysis.recording import Run
 from skylimb.analysis.scores.board import board_of, nominal_path, on_board, strokes
+from skylimb.analysis.scores.pen_line import as_seen, in_plane, reference_line
+from skylimb.analysis.scores.signals import post_axis
 
 _FLAT = 0.8
 """Inches: a panel that is no taller has room for two numbers beside it."""
@@ -24,6 +26,8 @@ _SLIMMEST = 0.25
 @style.styled
 def pen_traces(runs: Mapping[str, Run]) -> Figure:
     """The pen's traces in the board's own coordinates, seen from the robot, with the nominal path dashed.
+
+    A way around a post is unrolled, as it is scored: seen from before the post, its back lies on its front.
 
     Args:
         runs: by name, any number of them.
@@ -55,7 +59,9 @@ def pen_traces(runs: Mapping[str, Run]) -> Figure:
         ax.set(aspect="equal", xlim=across, ylim=upward)
         ax.xaxis.set_major_locator(MaxNLocator(4))
         ax.yaxis.set_major_locator(MaxNLocator(5 if tall > _FLAT else 2))
-    style.label_outer(axes, len(runs), "across the board (m)", "up the board (m)")
+    around = all(post_axis(run.log) is not None for run in runs.values())
+    names = ("around the post (m)", "up (m)") if around else ("across the board (m)", "up the board (m)")
+    style.label_outer(axes, len(runs), *names)
     style.legend_below(
         figure,
         [
@@ -70,10 +76,14 @@ def pen_traces(runs: Mapping[str, Run]) -> Figure:
 
 
 def _lines(log: xr.Dataset) -> tuple[np.ndarray, list[np.ndarray]]:
-    """The nominal path and the drawn strokes, thinned, in coordinates on the board."""
+    """The nominal path and the drawn strokes, thinned, in coordinates on the board or around the post."""
+    touched = strokes(log)
+    thin = style.thin(sum(stroke.stop - stroke.start for stroke in touched))
+    if post_axis(log) is not None:
+        pen = as_seen(log, in_plane(log, log.tip_position.values))
+        nominal = as_seen(log, np.concatenate([np.zeros((0, 2)), *reference_line(log)]))
+        return nominal, [pen[stroke][thin] for stroke in touched]
     board = board_of(log)
     path = nominal_path(log, board)
     nominal = on_board(log, path[style.thin(len(path), 200)], board)
-    touched = [log.tip_position.values[stroke] for stroke in strokes(log)]
-    total = sum(len(points) for points in touched)
-    return nominal, [on_board(log, points[style.thin(total)], board) for points in touched]
+    return nominal, [on_board(log, log.tip_position.values[stroke][thin], board) for stroke in touched]

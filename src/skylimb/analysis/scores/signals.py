@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -116,8 +116,13 @@ def post_axis(log: xr.Dataset) -> np.ndarray | None:
     """A point of the upright axis that the path is bent around, W, m, (3,); None where it is flat."""
     if "wrap_radius" not in log.attrs:
         return None
-    middle = np.asarray(json.loads(log.attrs["path_center"]))
-    return middle + float(log.attrs["wrap_radius"]) * contact_axis(log).vector
+    middle = json.loads(log.attrs["path_center"])
+    return behind(middle, float(log.attrs["wrap_radius"]), contact_axis(log).vector)
+
+
+def behind(middle: Sequence[float] | np.ndarray, radius: float, contact: np.ndarray) -> np.ndarray:
+    """The point of a post's axis behind the middle of the path on it, W, m, (3,)."""
+    return np.asarray(middle) + radius * contact
 
 
 def toward_axis(places: np.ndarray, axis: np.ndarray, upright: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skylimb.analysis.scores.signals import Direction, toward_axis
+from skylimb.analysis.scores.signals import Direction, behind, toward_axis
 from skylimb.apps.studio.live_flight import LiveFlight
 from skylimb.base.signal_table import SIGNALS
 from skylimb.base.signals import Signal
@@ -101,7 +101,7 @@ def _contact_axis(flight: LiveFlight, axes: Sequence[Direction]) -> Callable[[Mo
     experiment, (_, upright, contact) = flight.takeoff.experiment, (axis.vector for axis in axes)
     if experiment.wrap.radius is None:
         return lambda m: contact
-    axis = np.asarray(experiment.path_center) + experiment.wrap.radius * contact
+    axis = behind(experiment.path_center, experiment.wrap.radius, contact)
     return lambda m: toward_axis(m.signals["tip_position_reference"], axis, upright)
 
 
