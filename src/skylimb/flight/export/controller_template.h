@@ -1,6 +1,7 @@
 /* The controller '@CONTROLLER@' of the robot '@ROBOT@' under its supervisor, to be called every @PERIOD@ s.
  *
- * Every vector is flat; the numbers below say where each of its entries begins. Axes: W is the world, z up.
+ * Every vector is flat; the numbers below say where each of its entries begins. Axes: W is the world, z up; C has
+ * its origin in the centre of gravity, and z along the net thrust of a hover.
  * Nothing is allocated and nothing is kept between calls but the state, which belongs to the caller. Whatever
  * comes in, NaN and infinity too, the command is finite and within its limits.
  */
