@@ -3,6 +3,7 @@
 import ctypes
 import dataclasses
 import functools
+import re
 import shutil
 import subprocess
 from collections.abc import Callable
@@ -84,6 +85,22 @@ def test_the_header_says_of_every_signal_what_it_is(exported: Callable[..., Path
     assert not [line for line in signals if ": " not in line]
     (torque,) = [line for line in signals if "_TORQUE_COMMAND " in line]
     assert torque.endswith("/* 3 numbers: wanted torque; N m; C */")
+
+
+def test_the_header_says_which_rotor_and_joint_is_which_and_when_the_supervisor_acts(tmp_path: Path) -> None:
+    robot = skylimb.load_robot("hydrus_xi_quad")
+    export_c(cascade("hybrid"), tmp_path / "c", limits=Limits(cut_after=0.7))
+    text = (tmp_path / "c" / "controller.h").read_text()
+    assert "COMMAND_THRUSTS 0 /* 4 numbers: N; of rotor1, rotor2, rotor3, rotor4 */\n" in text
+    for part in ("MEASUREMENT", "REFERENCE", "COMMAND"):
+        for name, joints in (("JOINT", "shape_joints"), ("VECTORING", "vectoring_joints")):
+            (line,) = [one for one in text.splitlines() if f"_{part}_{name}_ANGLES " in one]
+            assert line.endswith(f"of {', '.join(getattr(robot.description, joints))} */")
+    assert f"The measured link is '{robot.description.measured_link}'." in text
+    assert "\n *   cut_after = 0.7: without one, after which" in text
+    named = set(re.findall(r"`(\w+)`", text[text.index("#define SKYLIMB_BIT_STOP") :])) - {"signals"}
+    assert "cut_after" in named
+    assert not [name for name in named if f"\n *   {name} = " not in text]
 
 
 def test_the_header_takes_any_name(tmp_path: Path, strict_c: StrictC) -> None:

@@ -16,7 +16,7 @@ import numpy as np
 from skylimb.base.c_code import c_source
 from skylimb.base.errors import ConfigError
 from skylimb.base.files import new_folder
-from skylimb.base.keys import rows_of
+from skylimb.base.keys import described, rows_of
 from skylimb.base.packing import Layout
 from skylimb.base.signal_table import SIGNALS
 from skylimb.control.controller import Controller, TraceableController, controller_signals, require_compiled
@@ -78,7 +78,7 @@ def export_c(
     step = controller_step(traced, control_period, limits)
     texts = {
         "controller_function.c": f"{_QUIET}{_EXACT}{c_source(step.function)}",
-        "controller.h": _header(traced, step, control_period),
+        "controller.h": _header(traced, step, control_period, limits or Limits()),
         "controller.c": _source(traced.robot, step),
         "test_vector.h": _vector(example_vector(traced, step)),
         "main.c": (_TEMPLATES / "example_main.c").read_text("utf-8"),
@@ -134,7 +134,7 @@ _ABOUT = {
 }
 
 
-def _header(controller: TraceableController, step: TracedStep, dt: float) -> str:
+def _header(controller: TraceableController, step: TracedStep, dt: float, limits: Limits) -> str:
     parts: list[tuple[str, Layout[Any]]] = [
         ("measurement", step.inputs.measurement),
         ("reference", step.inputs.reference),
@@ -144,6 +144,7 @@ def _header(controller: TraceableController, step: TracedStep, dt: float) -> str
         ("signals", step.signals),
     ]
     about = {**_ABOUT, **_about_gains(controller), **_about_signals(controller)}
+    order = _order(controller.robot)
     first = step.inputs.state.slices[f"watch.told.{Told._fields[0]}"].start
     lines = [
         f"#define SKYLIMB_STATE_SIZE {len(step.state)}",
@@ -153,7 +154,10 @@ def _header(controller: TraceableController, step: TracedStep, dt: float) -> str
         lines += ["", f"#define SKYLIMB_{part.upper()}_SIZE {layout.size}"]
         for name, where in layout.slices.items():
             width = where.stop - where.start
-            words = [f"{width} {'number' if width == 1 else 'numbers'}", about.get(f"{part}.{name}", "")]
+            names = order.get(name, ()) if part != "gains" else ()
+            of = f"of {', '.join(names)}" if len(names) == width else ""
+            says = _words(about.get(f"{part}.{name}", ""), of)
+            words = [f"{width} {'number' if width == 1 else 'numbers'}", says]
             comment = _in_comment(": ".join(filter(None, words)))
             called = re.sub(r"\W", "_", f"{part}_{name}").upper()
             lines.append(f"#define SKYLIMB_{called} {where.start} /* {comment} */")
@@ -166,7 +170,28 @@ def _header(controller: TraceableController, step: TracedStep, dt: float) -> str
         .replace("@PERIOD@", repr(float(dt)))
         .replace("@SIZES@", "\n".join(lines))
         .replace("@STATUS@", "\n".join(_status()))
+        .replace("@LIMITS@", "\n".join(_about_limits(limits)))
+        .replace("@MEASURED@", _in_comment(controller.robot.description.measured_link))
     )
+
+
+def _order(robot: Robot) -> dict[str, tuple[str, ...]]:
+    """Rotors or joints in their order, by the name of what is one number for each."""
+    says = robot.description
+    rotors = tuple(one.name for one in says.rotors)
+    return {
+        "thrusts": rotors,
+        "rotor_shares_estimate": rotors,
+        "joint_angles": says.shape_joints,
+        "vectoring_angles": says.vectoring_joints,
+    }
+
+
+def _about_limits(limits: Limits) -> Iterator[str]:
+    """A line for every key of the supervisor, which in C is always on."""
+    for name, value, info in described(limits):
+        if name != "on":
+            yield _in_comment(f" *   {name} = {value}: {_words(info.meaning, info.unit)}")
 
 
 def _status() -> Iterator[str]:
