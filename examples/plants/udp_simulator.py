@@ -55,11 +55,14 @@ def step(drive, told, model, data, angles, rates):
 
 with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listening:
     listening.bind(("127.0.0.1", int(sys.argv[1])))
-    answered, answer, world = -1, b"", ()
+    begun, answered, answer, world = 0, -1, b"", ()
     while True:
         data, peer = listening.recvfrom(65535)
         asked = msgspec.msgpack.decode(data)
+        if begun <= asked["seq"] < answered:  # of this flight, and late: nobody waits for it
+            continue
         if asked["seq"] != answered:  # what is asked twice is answered twice, and stepped once
+            begun = asked["seq"] if "start" in asked else begun
             world = begin(asked["start"]) if "start" in asked else world
             truth = step(asked["drive"], *world) if "drive" in asked else asked["start"]["truth"]
             answered = asked["seq"]

@@ -3,6 +3,7 @@
 import ctypes
 import dataclasses
 import functools
+import re
 import shutil
 import subprocess
 from collections.abc import Callable
@@ -17,6 +18,7 @@ from skylimb.base.errors import ConfigError, OutputError
 from skylimb.control.cascade import Cascade
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.laws.traced_step import TracedStep
+from skylimb.control.laws.user_trace import shaken_hover
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import Needs, needs_of
 from skylimb.control.records import Command
@@ -74,6 +76,60 @@ def test_the_header_says_of_every_gain_what_it_is(exported: Callable[..., Path])
     (force,) = [line for line in lines if line.startswith("#define SKYLIMB_GAINS_TRANSLATION_FORCE ")]
     assert force.endswith("/* 1 number: N_ref, the wanted force; N; 0 .. 20 */")
     assert not [line for line in lines[1:] if line.startswith("#define") and ": " not in line]
+
+
+def test_the_header_says_of_every_signal_what_it_is(exported: Callable[..., Path]) -> None:
+    lines = (exported("following") / "controller.h").read_text().splitlines()
+    signals = [line for line in lines if line.startswith("#define SKYLIMB_SIGNALS_")][1:]
+    assert len(signals) > 30
+    assert not [line for line in signals if ": " not in line]
+    (torque,) = [line for line in signals if "_TORQUE_COMMAND " in line]
+    assert torque.endswith("/* 3 numbers: wanted torque; N m; C */")
+
+
+def test_the_header_says_which_rotor_and_joint_is_which_and_when_the_supervisor_acts(tmp_path: Path) -> None:
+    robot = skylimb.load_robot("hydrus_xi_quad")
+    export_c(cascade("hybrid"), tmp_path / "c", limits=Limits(cut_after=0.7))
+    text = (tmp_path / "c" / "controller.h").read_text()
+    assert "COMMAND_THRUSTS 0 /* 4 numbers: N; of rotor1, rotor2, rotor3, rotor4 */\n" in text
+    for part in ("MEASUREMENT", "REFERENCE", "COMMAND"):
+        for name, joints in (("JOINT", "shape_joints"), ("VECTORING", "vectoring_joints")):
+            (line,) = [one for one in text.splitlines() if f"_{part}_{name}_ANGLES " in one]
+            assert line.endswith(f"of {', '.join(getattr(robot.description, joints))} */")
+    assert f"The measured link is '{robot.description.measured_link}'." in text
+    assert "\n *   cut_after = 0.7: without one, after which" in text
+    named = set(re.findall(r"`(\w+)`", text[text.index("#define SKYLIMB_BIT_STOP") :])) - {"signals"}
+    assert "cut_after" in named
+    assert not [name for name in named if f"\n *   {name} = " not in text]
+
+
+def test_the_header_takes_any_name(tmp_path: Path, strict_c: StrictC) -> None:
+    """JSON's way to write what lies beyond 16 bits is none of C."""
+    preset = Path(skylimb.__file__).parent / "control/presets/pid.toml"
+    mine = Path(shutil.copy(preset, tmp_path / "mine \N{HELICOPTER} \N{OCTOPUS}.toml"))
+    controller = skylimb.load_controller(str(mine), skylimb.load_robot("hydrus_xi_quad"))
+    export_c(controller, tmp_path / "c")
+    says = '#include <stdio.h>\n#include "controller.h"\n'
+    (tmp_path / "c" / "says.c").write_text(
+        f"{says}int main(void) {{ puts(SKYLIMB_CONTROLLER); return 0; }}\n"
+    )
+    strict_c.link([tmp_path / "c" / "says.c"], tmp_path / "says")
+    said = subprocess.run([tmp_path / "says"], capture_output=True, text=True, check=True, encoding="utf-8")
+    assert said.stdout == f"{controller.name}\n"
+
+
+@pytest.mark.parametrize("spoilt", [np.nan, np.inf, -np.inf])
+def test_a_pace_that_was_spoilt_is_a_number_at_the_next_tick(spoilt: float) -> None:
+    """Whoever moves a mission's clock by it would never have a time again."""
+    step = controller_step(cascade("following"), 0.005)
+    layout, state = step.inputs.state, step.state.copy()
+    state[layout.slices["pace"]] = spoilt
+    state[layout.slices["watch.told.late"]] = 1.0  # the controller is not asked, so that the old pace stays
+    given = shaken_hover(skylimb.load_robot("hydrus_xi_quad"), np.random.default_rng(0), vectoring="contact")
+    packed = step.inputs.measurement.pack(given[0]), step.inputs.reference.pack(given[1])
+    _, _, signals = step.function(state, *packed, step.gains)
+    found = step.signals.unpack(np.asarray(signals).ravel())["pace"]
+    assert 0.0 <= float(found) <= 100.0
 
 
 def test_a_header_and_a_source_of_two_exports_do_not_compile(tmp_path: Path) -> None:

@@ -55,11 +55,20 @@ def test_a_fault_that_lasts_ends_in_its_mode_in_time_after_any_history(tmp_path:
     assert sum(modes) == 300
 
 
-@pytest.mark.skipif(not COMPILERS, reason="no gcc or clang on this machine")
-def test_code_that_would_let_a_nan_through_is_not_built(tmp_path: Path) -> None:
+FLAGS = {
+    "-ffast-math": "build without -ffast-math",
+    "-ffinite-math-only": "and -ffinite-math-only",
+    "-fsingle-precision-constant": "build_without_fsingle_precision_constant",
+}
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="no gcc on this machine")
+def test_code_that_would_be_another_is_not_built(tmp_path: Path) -> None:
+    """Gates let a NaN through, or constants lose half their digits and 1e-300 is zero."""
     made = tmp_path / "c"
     export_c(skylimb.load_controller("pid", skylimb.load_robot("hydrus_xi_quad")), made)
-    built = [COMPILERS[0], "-c", "-ffast-math", str(made / "controller.c"), "-o", str(tmp_path / "c.o")]
-    done = subprocess.run(built, check=False, capture_output=True, text=True)
-    assert done.returncode != 0
-    assert "-ffast-math" in done.stderr
+    for source in ("controller.c", "controller_function.c"):  # a make file may have flags for each
+        for flag, why in FLAGS.items():
+            built = ["gcc", "-fsyntax-only", flag, str(made / source)]
+            done = subprocess.run(built, check=False, capture_output=True, text=True)
+            assert (done.returncode, why in done.stderr) == (1, True), (source, flag, done.stderr)

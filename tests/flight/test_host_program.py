@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,8 @@ import skylimb
 from skylimb.analysis.report.output import write_records
 from skylimb.apps.cli.main import main
 from skylimb.base.errors import ConfigError
+from skylimb.control.supervisor.limits import Limits
+from skylimb.flight.export import export_c
 from skylimb.flight.export.host import FLIGHT, export_with_flight, host_input
 from skylimb.flight.flying import fly
 from skylimb.flight.simulated_run import scored_run
@@ -64,6 +67,23 @@ def test_it_commands_what_was_recorded(
     np.testing.assert_allclose(found, np.hstack([log[name].values for name in names]), atol=1e-9)
     assert said.startswith(f"{log.sizes['time']} ticks, ")
     assert "us at worst, of 5000 us" in said
+
+
+def test_the_supervisor_of_the_flight_is_written(tmp_path: Path) -> None:
+    """Exported from a log, it acted by the limits that ship, whatever the flight had."""
+    flown = skylimb.run("free_flight", set={"supervisor.cut_after": 0.7, "stop_at": 0.02})
+    limits = Limits(cut_after=0.7)
+    for losses in (None, True):
+        export_with_flight(flown, tmp_path / f"{losses}", losses)
+        export_c(
+            skylimb.load_controller(flown.controller, skylimb.load_robot("hydrus_xi_quad")),
+            tmp_path / f"{losses} wanted",
+            limits=limits if losses is None else replace(limits, losses=losses),
+        )
+        found, wanted = (
+            (tmp_path / name / "controller.h").read_text() for name in (f"{losses}", f"{losses} wanted")
+        )
+        assert found == wanted  # its digest is of all files
 
 
 @needs_compiler

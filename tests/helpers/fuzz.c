@@ -1,4 +1,4 @@
-/* Random measurements, references, gains and words into exported C: every command finite and within limits.
+/* Random measurements, references, gains and words into exported C: every command and pace finite, within limits.
  *   fuzz TICKS SEED; prints how many ticks were flown in each mode.
  */
 #include <float.h>
@@ -59,6 +59,12 @@ int main(int argc, char** argv) {
     for (int i = 0; i < SKYLIMB_COMMAND_SIZE; i++) command[i] = NAN;
     status = skylimb_controller_step(state, told, measurement, reference, gains, command, signals);
     modes[SKYLIMB_MODE(status) & 7]++;
+#ifdef SKYLIMB_SIGNALS_PACE
+    if (!(signals[SKYLIMB_SIGNALS_PACE] >= 0.0 && signals[SKYLIMB_SIGNALS_PACE] <= 100.0)) {
+      printf("tick %ld: the pace is %g\n", k, signals[SKYLIMB_SIGNALS_PACE]);
+      return 1;
+    }
+#endif
     for (int i = 0; i < SKYLIMB_COMMAND_SIZE; i++)
       if (!(isfinite(command[i]) && command[i] >= skylimb_least_command[i] && command[i] <= skylimb_greatest_command[i])) {
         printf("tick %ld: command %d is %g in mode %lu\n", k, i, command[i], SKYLIMB_MODE(status));

@@ -59,6 +59,33 @@ def test_another_program_touches_the_board(simulator: str) -> None:
     assert run.log.contact_force_normal.values.max() > 0.3
 
 
+class Strewn:
+    """A socket on a bad way: each datagram comes twice, and the one before it once more, behind it."""
+
+    def __init__(self, real: socket.socket) -> None:
+        self._real, self._before = real, b""
+
+    def sendto(self, data: bytes, peer: Any) -> None:
+        for one in (data, data, self._before or data):
+            self._real.sendto(one, peer)
+        self._before = data
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._real, name)
+
+
+def test_a_request_that_comes_late_or_twice_is_no_step(simulator: str) -> None:
+    """A late one was stepped, and the next answer that was asked again, too."""
+    given = {**QUIET, "stop_at": 0.1}
+    straight = skylimb.run("free_flight", "pid", set=given, plant=skylimb.UdpPlant(simulator))
+    plant = skylimb.UdpPlant(simulator)
+    plant._socket = Strewn(plant._socket)  # type: ignore[assignment]
+    strewn = skylimb.run("free_flight", "pid", set=given, plant=plant)
+    assert (straight.status, strewn.status) == ("STOPPED", "STOPPED")
+    np.testing.assert_array_equal(strewn.log.thrusts.values, straight.log.thrusts.values)
+    np.testing.assert_array_equal(strewn.log.root_position.values, straight.log.root_position.values)
+
+
 class Still:
     """A robot that does not move, in a thread: what it was asked, and what it answers."""
 

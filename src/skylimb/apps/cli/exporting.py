@@ -21,10 +21,18 @@ def export_c(
     calibration: Calibration = None,
     rate: Annotated[float | None, arg("Control ticks a second; by default 200.", "HZ")] = None,
     losses: Annotated[
-        bool, arg("Whether its supervisor looks for rotors that lose thrust; tuned to hydrus_xi_quad.")
-    ] = False,
+        bool | None,
+        arg(
+            "Whether its supervisor looks for rotors that lose thrust; tuned to hydrus_xi_quad. "
+            "By default no, with --log as in the flight."
+        ),
+    ] = None,
     log: Annotated[
-        str, arg("A recorded flight: its controller is written, and its inputs as flight.bin.", "LOG")
+        str,
+        arg(
+            "A recorded flight: its controller and supervisor are written, and its inputs as flight.bin.",
+            "LOG",
+        ),
     ] = "",
 ) -> None:
     """Write a controller as C for a flight computer: no allocation, nothing needed but libm.
@@ -45,17 +53,15 @@ def export_c(
             if value is not None:
                 raise ConfigError(f"--{name} cannot stand beside --log: the flight says what is written")
     place = new_folder(folder, "")
-    from skylimb.control.supervisor.limits import Limits
-
-    limits = Limits(losses=losses)
     if log:
         from skylimb.analysis.exchange.convert import read_log
         from skylimb.flight.export.host import export_with_flight
 
-        written = export_with_flight(read_log(log).run, place, limits=limits)
+        written = export_with_flight(read_log(log).run, place, losses)
         compiler, program, use = "cc -std=c99 -O2 host.c", "host", " < flight.bin > commands.bin"
     else:
         import skylimb
+        from skylimb.control.supervisor.limits import Limits
         from skylimb.flight import export
 
         model = skylimb.load_robot(robot or "hydrus_xi_quad")
@@ -65,7 +71,7 @@ def export_c(
             from skylimb.control.corrections import read_corrections
 
             law = calibrated(law, model, read_corrections(calibration))
-        written = export.export_c(law, place, 1.0 / (rate or 200.0), limits=limits)
+        written = export.export_c(law, place, 1.0 / (rate or 200.0), limits=Limits(losses=bool(losses)))
         compiler, program, use = "cc main.c", "example", ""
     for path in written:
         print(f"  {path}")

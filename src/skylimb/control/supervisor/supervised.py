@@ -10,6 +10,7 @@ from skylimb.base.split_function import Asked
 from skylimb.control.controller import TraceableController
 from skylimb.control.estimation.gates import BEYOND
 from skylimb.control.estimation.records import Measurement
+from skylimb.control.missions.clock import limited_pace
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import PACE
 from skylimb.control.records import Command
@@ -93,7 +94,8 @@ class Supervised:
         # stood still for one that it may not follow. A flight that is broken off has no mission.
         pace = state.pace * within(watch.mode, 0.0, RETREAT - 0.5)
         if PACE in signals:
-            pace = signals[PACE] = where(made > 0.5, signals[PACE], pace)
+            # Who moves a mission's clock by it, in C too, gets a number though gains or memory are spoilt.
+            pace = signals[PACE] = limited_pace(where(made > 0.5, signals[PACE], pace))
         shares = watch.loss.left[: self.robot.n_rotors]  # of pairs, those along stand first
         word = dot(sight.bits, [float(1 << place) for place in range(sight.bits.shape[0])])
         return (

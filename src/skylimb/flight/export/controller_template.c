@@ -2,10 +2,7 @@
 #include <math.h>
 #include "controller.h"
 
-#ifdef __FAST_MATH__
-#error "gates are comparisons that NaN fails: build without -ffast-math"
-#endif
-
+@EXACT@
 #if SKYLIMB_DIGEST != @DIGEST@
 #error "controller.h is of another export than controller.c"
 #endif

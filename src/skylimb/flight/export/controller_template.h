@@ -1,6 +1,7 @@
 /* The controller '@CONTROLLER@' of the robot '@ROBOT@' under its supervisor, to be called every @PERIOD@ s.
  *
- * Every vector is flat; the numbers below say where each of its entries begins. Axes: W is the world, z up.
+ * Every vector is flat; the numbers below say where each of its entries begins. Axes: W is the world, z up; C has
+ * its origin in the centre of gravity, and z along the net thrust of a hover. The measured link is '@MEASURED@'.
  * Nothing is allocated and nothing is kept between calls but the state, which belongs to the caller. Whatever
  * comes in, NaN and infinity too, the command is finite and within its limits.
  */
@@ -15,6 +16,10 @@
 #define SKYLIMB_DIGEST @DIGEST@
 
 @SIZES@
+
+/* When the supervisor acts; its bits below name these keys.
+@LIMITS@
+ */
 
 /* The status word: the mode from SKYLIMB_MODE_SHIFT on, and a bit for all that is wrong. */
 #define SKYLIMB_MODE_SHIFT 24

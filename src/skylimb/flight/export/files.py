@@ -16,9 +16,10 @@ import numpy as np
 from skylimb.base.c_code import c_source
 from skylimb.base.errors import ConfigError
 from skylimb.base.files import new_folder
-from skylimb.base.keys import rows_of
+from skylimb.base.keys import described, rows_of
 from skylimb.base.packing import Layout
-from skylimb.control.controller import Controller, TraceableController, require_compiled
+from skylimb.base.signal_table import SIGNALS
+from skylimb.control.controller import Controller, TraceableController, controller_signals, require_compiled
 from skylimb.control.laws.traced_step import TracedStep
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Told
@@ -27,6 +28,13 @@ from skylimb.flight.export.step import NAME, Vector, controller_step, example_ve
 from skylimb.robots.model import Robot
 
 _TEMPLATES = Path(__file__).parent
+_EXACT = """\
+#if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ > 0)
+#error "gates are comparisons that NaN fails: build without -ffast-math and -ffinite-math-only"
+#endif
+typedef char build_without_fsingle_precision_constant[sizeof(double) == 8 && sizeof(1.0) == 8 ? 1 : -1];
+"""
+"""Of both files that compute: with such flags limits and last digits are gone, and no compiler says so."""
 _QUIET = """\
 #if defined(__GNUC__) /* every function has the same arguments, used or not */
 #pragma GCC diagnostic ignored "-Wunused-parameter"
@@ -69,8 +77,8 @@ def export_c(
         raise ConfigError(f"control period = {control_period:g} s must be positive")
     step = controller_step(traced, control_period, limits)
     texts = {
-        "controller_function.c": f"{_QUIET}{c_source(step.function)}",
-        "controller.h": _header(traced, step, control_period),
+        "controller_function.c": f"{_QUIET}{_EXACT}{c_source(step.function)}",
+        "controller.h": _header(traced, step, control_period, limits or Limits()),
         "controller.c": _source(traced.robot, step),
         "test_vector.h": _vector(example_vector(traced, step)),
         "main.c": (_TEMPLATES / "example_main.c").read_text("utf-8"),
@@ -115,24 +123,18 @@ _ABOUT = {
     "reference.sliding_axis": "unit vector u of the sliding plane, W",
     "reference.force": "wanted normal force, N; 0 where the controller's own counts",
     "reference.clearance": "of a lifted pen from a surface that goes on as where it left, m; or 0",
-    "signals.pace": "speed that the mission's clock is to have; 1 is its own",
     "told.pose": "1 where a pose has come since the last tick, else 0",
     "told.joints": "1 where joint angles have",
     "told.late": "1 where this tick came too late",
     "told.land": "1 to break the flight off",
     "told.stop": "1 to stop the motors",
-    "signals.supervisor_mode": "mode, by its number",
-    "signals.supervisor_bits": "what is wrong, a bit each",
-    "signals.rotor_shares_estimate": "of its thrust that each rotor has left",
-    "signals.lateness_estimate": "how much later than assumed measurements are, s",
-    "signals.rotor_slowness_estimate": "by how much more than assumed the rotors lag, s",
     "command.thrusts": "N",
     "command.joint_angles": "rad",
     "command.vectoring_angles": "rad",
 }
 
 
-def _header(controller: TraceableController, step: TracedStep, dt: float) -> str:
+def _header(controller: TraceableController, step: TracedStep, dt: float, limits: Limits) -> str:
     parts: list[tuple[str, Layout[Any]]] = [
         ("measurement", step.inputs.measurement),
         ("reference", step.inputs.reference),
@@ -141,7 +143,8 @@ def _header(controller: TraceableController, step: TracedStep, dt: float) -> str
         ("told", Layout(Told())),
         ("signals", step.signals),
     ]
-    about = {**_ABOUT, **_about_gains(controller)}
+    about = {**_ABOUT, **_about_gains(controller), **_about_signals(controller)}
+    order = _order(controller.robot)
     first = step.inputs.state.slices[f"watch.told.{Told._fields[0]}"].start
     lines = [
         f"#define SKYLIMB_STATE_SIZE {len(step.state)}",
@@ -151,20 +154,44 @@ def _header(controller: TraceableController, step: TracedStep, dt: float) -> str
         lines += ["", f"#define SKYLIMB_{part.upper()}_SIZE {layout.size}"]
         for name, where in layout.slices.items():
             width = where.stop - where.start
-            words = [f"{width} {'number' if width == 1 else 'numbers'}", about.get(f"{part}.{name}", "")]
-            comment = ": ".join(filter(None, words))
+            names = order.get(name, ()) if part != "gains" else ()
+            of = f"of {', '.join(names)}" if len(names) == width else ""
+            says = _words(about.get(f"{part}.{name}", ""), of)
+            words = [f"{width} {'number' if width == 1 else 'numbers'}", says]
+            comment = _in_comment(": ".join(filter(None, words)))
             called = re.sub(r"\W", "_", f"{part}_{name}").upper()
             lines.append(f"#define SKYLIMB_{called} {where.start} /* {comment} */")
     template = (_TEMPLATES / "controller_template.h").read_text("utf-8")
     return (
-        template.replace("@ROBOT_TEXT@", json.dumps(controller.robot.name))
-        .replace("@CONTROLLER_TEXT@", json.dumps(controller.name))
-        .replace("@CONTROLLER@", controller.name)
-        .replace("@ROBOT@", controller.robot.name)
+        template.replace("@ROBOT_TEXT@", json.dumps(controller.robot.name, ensure_ascii=False))
+        .replace("@CONTROLLER_TEXT@", json.dumps(controller.name, ensure_ascii=False))
+        .replace("@CONTROLLER@", _in_comment(controller.name))
+        .replace("@ROBOT@", _in_comment(controller.robot.name))
         .replace("@PERIOD@", repr(float(dt)))
         .replace("@SIZES@", "\n".join(lines))
         .replace("@STATUS@", "\n".join(_status()))
+        .replace("@LIMITS@", "\n".join(_about_limits(limits)))
+        .replace("@MEASURED@", _in_comment(controller.robot.description.measured_link))
     )
+
+
+def _order(robot: Robot) -> dict[str, tuple[str, ...]]:
+    """Rotors or joints in their order, by the name of what is one number for each."""
+    says = robot.description
+    rotors = tuple(one.name for one in says.rotors)
+    return {
+        "thrusts": rotors,
+        "rotor_shares_estimate": rotors,
+        "joint_angles": says.shape_joints,
+        "vectoring_angles": says.vectoring_joints,
+    }
+
+
+def _about_limits(limits: Limits) -> Iterator[str]:
+    """A line for every key of the supervisor, which in C is always on."""
+    for name, value, info in described(limits):
+        if name != "on":
+            yield _in_comment(f" *   {name} = {value}: {_words(info.meaning, info.unit)}")
 
 
 def _status() -> Iterator[str]:
@@ -176,10 +203,25 @@ def _status() -> Iterator[str]:
 
 
 def _about_gains(controller: TraceableController) -> dict[str, str]:
-    """Meaning, unit and range of every gain, in words that end no comment of C."""
+    """Meaning, unit and range of every gain."""
     rows = rows_of(controller.key_tables())
-    words = {f"gains.{name}": (info.meaning, info.unit, info.range) for name, _, info in rows}
-    return {name: "; ".join(filter(None, about)).replace("*/", "* /") for name, about in words.items()}
+    return {f"gains.{name}": _words(info.meaning, info.unit, info.range) for name, _, info in rows}
+
+
+def _about_signals(controller: TraceableController) -> dict[str, str]:
+    """Meaning, unit and frame of every signal: those that everybody knows, and a law's own."""
+    known = {f"signals.{name}": _words(of.long_name, of.units, of.frame) for name, of in SIGNALS.items()}
+    own = controller_signals(controller).items()
+    return known | {f"signals.{name}": _words(of.meaning, of.unit, of.frame) for name, of in own}
+
+
+def _words(*about: str) -> str:
+    return "; ".join(filter(None, about))
+
+
+def _in_comment(words: str) -> str:
+    """Words that end no comment of C."""
+    return words.replace("*/", "* /")
 
 
 def _source(robot: Robot, step: TracedStep) -> str:
@@ -187,7 +229,8 @@ def _source(robot: Robot, step: TracedStep) -> str:
     least, greatest = (_numbers(np.concatenate(part)) for part in limits)
     template, function = (_TEMPLATES / "controller_template.c").read_text("utf-8"), step.function
     return (
-        template.replace("@FUNCTION@", NAME)
+        template.replace("@EXACT@", _EXACT)
+        .replace("@FUNCTION@", NAME)
         .replace("@WORK@", str(max(1, function.sz_w())))
         .replace("@ARGUMENTS@", str(function.sz_arg()))
         .replace("@RESULTS@", str(function.sz_res()))

@@ -28,7 +28,8 @@ int main(void) {
     unsigned long status;
     clock_t begun = clock();
     double took;
-    /* On a robot: told[SKYLIMB_TOLD_POSE] = 1 where a pose has come since the last tick, and so on. */
+    /* On a robot: told[SKYLIMB_TOLD_POSE] = 1 where a pose has come since the last tick, and so on. The input does
+     * not say, so a flight whose frames were lost or late comes out otherwise from there on. */
     memcpy(told, skylimb_all_well, sizeof told);
     status = skylimb_controller_step(state, told, given, given + SKYLIMB_MEASUREMENT_SIZE, skylimb_preset_gains,
                                      command, signals);

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,6 @@ from skylimb.control.controller import Controller, require_compiled
 from skylimb.control.estimation.records import ABSENT, zero_measurement
 from skylimb.control.missions.reference import zero_reference
 from skylimb.control.needs import needs_of, require_imu
-from skylimb.control.supervisor.limits import Limits
 from skylimb.flight.experiments.experiment import Experiment, robot_of
 from skylimb.flight.export.files import export_c
 from skylimb.flight.loading import chosen_controller
@@ -25,13 +25,15 @@ FLIGHT = "flight.bin"
 """The input's name beside the code."""
 
 
-def export_with_flight(run: Run, folder: str | Path, limits: Limits | None = None) -> list[Path]:
+def export_with_flight(run: Run, folder: str | Path, losses: bool | None = None) -> list[Path]:
     """Write the controller of a recorded flight as C, and beside it what that flight would have given it.
+
+    Its supervisor acts when that of the flight did.
 
     Args:
         run: a recorded flight with its configuration.
         folder: new.
-        limits: when the supervisor acts.
+        losses: whether the supervisor looks for lost rotors; None as in the flight.
 
     Returns:
         The files.
@@ -40,6 +42,9 @@ def export_with_flight(run: Run, folder: str | Path, limits: Limits | None = Non
         experiment, _ = experiment_of(run, Path(home), {})
         chosen = chosen_controller(None, experiment, robot_of(experiment), {})
         content = host_input(run, experiment, chosen).tobytes()
+        limits = experiment.supervisor
+        if losses is not None:
+            limits = replace(limits, losses=losses)
         return export_c(chosen, folder, experiment.control_period, {FLIGHT: content}, limits)
 
 
