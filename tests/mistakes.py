@@ -8,12 +8,14 @@ Each is one line on the error stream, exit code 2, and nothing written. `test_mi
 from __future__ import annotations
 
 import contextlib
+import functools
 import io
 import os
 import shlex
 import tempfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import NamedTuple
 
 from skylimb.apps.cli import main
 
@@ -251,12 +253,22 @@ def folder_of_files() -> Iterator[Path]:
             os.chdir(before)
 
 
-def answer(command: str) -> tuple[int, str]:
-    """Exit code of a command, and what it says on the error stream."""
+class Answer(NamedTuple):
+    """Exit code of a command, what it says on the error stream, and the files that are there then."""
+
+    code: int
+    said: str
+    files: frozenset[str]
+
+
+@functools.cache
+def answer(command: str) -> Answer:
+    """What a command comes to in a folder that holds `FILES`; each is run once."""
     errors = io.StringIO()
-    with contextlib.redirect_stderr(errors), contextlib.redirect_stdout(io.StringIO()):
-        code = main(shlex.split(command))
-    return code, errors.getvalue()
+    with folder_of_files() as folder:
+        with contextlib.redirect_stderr(errors), contextlib.redirect_stdout(io.StringIO()):
+            code = main(shlex.split(command))
+        return Answer(code, errors.getvalue(), frozenset(path.name for path in folder.iterdir()))
 
 
 def page() -> str:
@@ -270,10 +282,9 @@ def page() -> str:
         "| `skylimb` ... | says |",
         "|---|---|",
     ]
-    with folder_of_files():
-        for command in COMMANDS:
-            said = answer(command)[1].removeprefix("skylimb: error: ").strip()
-            lines.append(f"| `{command}` | {_cell(said)} |")
+    for command in COMMANDS:
+        said = answer(command).said.removeprefix("skylimb: error: ").strip()
+        lines.append(f"| `{command}` | {_cell(said)} |")
     return "\n".join(lines) + "\n"
 
 

@@ -2,7 +2,7 @@
 
 import shutil
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -92,10 +92,11 @@ _SELDOM = "window.requestAnimationFrame = (draw) => setTimeout(() => draw(perfor
 """Ten pictures a second: a browser that draws in software takes two processors, and tests fly beside it."""
 
 
-def serious(page: sync_api.Page, *rules: str) -> list[str]:
-    """What axe finds on a page that keeps people from using it: each rule and its first element."""
+def serious(page: sync_api.Page, *rules: str, within: Sequence[str] = ()) -> list[str]:
+    """What axe finds that keeps people from using a page, or parts of it: each rule and its first element."""
     options = {"resultTypes": ["violations"]} | ({"runOnly": list(rules)} if rules else {})
-    found = Axe().run(page, options=options).response["violations"]
+    parts = {"include": [[part] for part in within]} if within else None
+    found = Axe().run(page, context=parts, options=options).response["violations"]
     return [
         f"{one['id']}: {one['nodes'][0]['html'][:150]} {one['nodes'][0]['failureSummary'][:200]}"
         for one in found

@@ -138,6 +138,7 @@ def test_the_end_of_the_answers_is_one_line(urdf: Path, tmp_path: Path, capsys, 
     assert [path.name for path in tmp_path.iterdir()] == ["made.urdf"]
 
 
+@pytest.mark.usefixtures("no_picture")
 def test_what_is_locked_stays_so_when_it_is_imported_again(urdf: Path, tmp_path: Path) -> None:
     """The draft of a mapping says every joint that moves: one that is left out is guessed anew."""
     first, said = tmp_path / "first", interview(urdf, {"arm": "elbow_pitch"}, lambda *_: "")

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 import socket
-import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 import skylimb
+from skylimb.apps.cli.main import main
 from skylimb.apps.ros1.installation import require_loopback, require_master
 from skylimb.base.errors import ConfigError
 
@@ -24,28 +25,32 @@ def test_nothing_else_imports_ros() -> None:
     assert {path.parent for path in inside} == {SOURCE / "apps" / "ros1"}
 
 
-def command(*words: str) -> subprocess.CompletedProcess[str]:
-    code = "import sys; sys.modules['rospy'] = None; from skylimb.apps.cli import main; sys.exit(main())"
-    return subprocess.run(
-        [sys.executable, "-c", code, "ros", *words], capture_output=True, text=True, timeout=120, check=False
-    )
+@pytest.fixture
+def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
+    """What a command says where there is no ROS; it ends as a user's mistake does."""
+    monkeypatch.setitem(sys.modules, "rospy", None)
+
+    def said(*words: str) -> str:
+        assert main(["ros", *words]) == 2
+        return capsys.readouterr().err
+
+    return said
 
 
-def test_without_ros_one_line_says_what_to_install(tmp_path: Path) -> None:
+def test_without_ros_one_line_says_what_to_install(tmp_path: Path, command: Callable[..., str]) -> None:
     said = command("both", "--out", str(tmp_path / "out"))
-    assert said.returncode == 2
-    assert said.stderr.startswith("skylimb: error: ROS 1 is not installed (")
-    assert "apt-get install python3-rospy" in said.stderr
-    assert said.stderr.count("\n") == 1
+    assert said.startswith("skylimb: error: ROS 1 is not installed (")
+    assert "apt-get install python3-rospy" in said
+    assert said.count("\n") == 1
     assert not (tmp_path / "out").exists()
 
 
-def test_mistakes_are_said_before_ros_is_looked_for() -> None:
-    assert "PROFILE = 'bot' is not one of simulator, controller, both" in command("bot").stderr
-    said = command("controller").stderr
+def test_mistakes_are_said_before_ros_is_looked_for(command: Callable[..., str]) -> None:
+    assert "PROFILE = 'bot' is not one of simulator, controller, both" in command("bot")
+    said = command("controller")
     assert "holds no attitude" in said
     assert "--bare says that you know" in said
-    assert "--cells = 99 is outside of 0 .. 20" in command("both", "--cells", "99").stderr
+    assert "--cells = 99 is outside of 0 .. 20" in command("both", "--cells", "99")
 
 
 def test_another_machine_only_by_a_flag(monkeypatch: pytest.MonkeyPatch) -> None:

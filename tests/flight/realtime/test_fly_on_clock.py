@@ -15,8 +15,10 @@ from short_flights import HOLD
 from skylimb.analysis.report.controller_replay import differences
 from skylimb.apps.cli.main import main
 from skylimb.control.supervisor.limits import Limits
+from skylimb.flight.realtime import timing
 from skylimb.flight.realtime.fly_on_clock import fly_on_clock
 from skylimb.flight.realtime.pacer import Pacer
+from skylimb.flight.realtime.timing import bare_timing
 
 
 class FakeTime:
@@ -85,7 +87,13 @@ def test_a_machine_that_is_too_slow_breaks_the_flight_off() -> None:
     assert log.contact_force_normal.values[first + 200 :].max(initial=0.0) == 0.0
 
 
-@pytest.mark.usefixtures("no_figures")
+@pytest.fixture
+def quick_timer(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A command measures the machine's own timer with a tenth of its ticks, which take two seconds."""
+    monkeypatch.setattr(timing, "bare_timing", lambda period, count: bare_timing(period, count // 10))
+
+
+@pytest.mark.usefixtures("no_figures", "quick_timer")
 def test_the_command_says_how_it_went(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -105,7 +113,7 @@ def test_the_command_says_how_it_went(
     assert "fly needs one of --realtime" in capsys.readouterr().err
 
 
-@pytest.mark.usefixtures("no_figures")
+@pytest.mark.usefixtures("no_figures", "quick_timer")
 def test_overruns_of_the_command_line_leave_the_other_limits(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

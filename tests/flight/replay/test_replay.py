@@ -195,8 +195,13 @@ def test_a_log_without_a_pose_is_refused(flown: skylimb.Run) -> None:
 
 
 def test_the_command_holds_an_estimate_against_the_truth_where_that_is_known(
-    flown: skylimb.Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    flown: skylimb.Run,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    # What is printed is looked at; the figures are in the test below.
+    monkeypatch.setattr("skylimb.analysis.report.replay_folder.replayed_figures", lambda *_: {})
     flown.save(tmp_path / "log.nc")
     other = ["--set", "controller.estimation.law=kalman"]
     assert main(["replay", str(tmp_path / "log.nc"), *other, "--out", str(tmp_path / "kalman")]) == 0

@@ -124,7 +124,7 @@ class Running:
     def page(self, name: str = "first", token: str = "", **headers: Any) -> Iterator[Client]:
         origin = headers.pop("origin", f"http://127.0.0.1:{self.port}")
         address = f"ws://127.0.0.1:{self.port}/socket?page={name}&token={token}"
-        with connect(address, origin=origin, max_size=2**24, **headers) as connection:
+        with connect(address, origin=origin, max_size=2**24, max_queue=None, **headers) as connection:
             page = Client(connection)
             if name == "first":  # a driver whose page is closed keeps the seat for a while
                 page.say("take over")

@@ -40,17 +40,63 @@ HUES = """() => {
 """Force, N, and hue: of the contact's arrow, then of each segment of the pen's line."""
 
 
-@pytest.fixture
-def page(studio: Any, browser: sync_api.Browser) -> Iterator[sync_api.Page]:
-    """A first visit."""
+@pytest.fixture(scope="module")
+def opened(studio: Any, browser: sync_api.Browser) -> Iterator[sync_api.Page]:
+    """The one page of all tests, on its first visit."""
     with silent_page(browser) as page:
         page.goto(studio.url)
         drive(page)
-        page.get_by_role("button", name="Take off again").click()
-        page.get_by_text("Took off again").first.wait_for()
-        if page.get_by_role("button", name="Go on", exact=True).is_visible():
-            page.get_by_role("button", name="Go on", exact=True).click()
         yield page
+
+
+@pytest.fixture
+def page(opened: sync_api.Page) -> sync_api.Page:
+    """A flight that has just taken off, seen as on a first visit."""
+    number = opened.evaluate("skylimbStudio.number")
+    opened.get_by_role("button", name="Take off again").click()
+    until(opened, f"skylimbStudio.state.scene === skylimbStudio.number && skylimbStudio.number > {number}")
+    if opened.get_by_role("button", name="Go on", exact=True).is_visible():
+        opened.get_by_role("button", name="Go on", exact=True).click()
+    for name, pressed in (("Axes", "true"), ("Follow", "false")):
+        switch = opened.get_by_role("button", name=name, exact=True)
+        if switch.get_attribute("aria-pressed") != pressed:
+            switch.click()
+    opened.get_by_label("View", exact=True).last.select_option(label="whole robot")
+    return opened
+
+
+def test_the_whole_robot_is_in_the_first_picture(opened: sync_api.Page) -> None:
+    outside = opened.evaluate(
+        """() => {
+            const { sceneView: view, figures: [figure] } = skylimbStudio;
+            return figure.bodies.slice(1).filter((body) => body.children.length
+                && !figure.surfaceObjects.includes(body.children[0]) && body.position.z > -10
+                && !view.placeOf(0, body.position)).length;
+        }"""
+    )
+    assert outside == 0
+
+
+def test_a_first_visit_is_told_what_can_be_done_and_a_second_is_not(page: sync_api.Page) -> None:
+    hints = page.get_by_role("group", name="First steps")
+    hints.get_by_text("1 of 4. Push the robot").wait_for()
+    assert serious(page) == []
+    hints.get_by_role("button", name="Next").click()
+    hints.get_by_text("2 of 4. Change a gain").wait_for()
+    page.keyboard.press("?")  # not what it asks for
+    page.keyboard.press("Escape")
+    page.get_by_label("Search gains and keys").fill("translation damping ratio")
+    field = page.get_by_label("controller.translation.damping_ratio, entry 1", exact=True)
+    field.fill("0.65")
+    field.press("Enter")
+    hints.get_by_text("3 of 4. Drag on the line of time").wait_for()
+    page.get_by_role("button", name="Got it").focus()
+    page.keyboard.press("Enter")
+    hints.wait_for(state="hidden")
+    page.reload()
+    page.wait_for_selector("body[data-ready]")
+    page.wait_for_timeout(300)
+    assert not hints.is_visible()
 
 
 def photograph(page: sync_api.Page) -> np.ndarray:
@@ -172,40 +218,6 @@ def test_the_camera_follows_the_robot(page: sync_api.Page) -> None:
     page.keyboard.up("ArrowUp")
     assert page.evaluate(seen)[1] == pytest.approx(before, abs=1e-6)
     page.keyboard.press("1")
-
-
-def test_the_whole_robot_is_in_the_first_picture(page: sync_api.Page) -> None:
-    outside = page.evaluate(
-        """() => {
-            const { sceneView: view, figures: [figure] } = skylimbStudio;
-            return figure.bodies.slice(1).filter((body) => body.children.length
-                && !figure.surfaceObjects.includes(body.children[0]) && body.position.z > -10
-                && !view.placeOf(0, body.position)).length;
-        }"""
-    )
-    assert outside == 0
-
-
-def test_a_first_visit_is_told_what_can_be_done_and_a_second_is_not(page: sync_api.Page) -> None:
-    hints = page.get_by_role("group", name="First steps")
-    hints.get_by_text("1 of 4. Push the robot").wait_for()
-    assert serious(page) == []
-    hints.get_by_role("button", name="Next").click()
-    hints.get_by_text("2 of 4. Change a gain").wait_for()
-    page.keyboard.press("?")  # not what it asks for
-    page.keyboard.press("Escape")
-    page.get_by_label("Search gains and keys").fill("translation damping ratio")
-    field = page.get_by_label("controller.translation.damping_ratio, entry 1", exact=True)
-    field.fill("0.65")
-    field.press("Enter")
-    hints.get_by_text("3 of 4. Drag on the line of time").wait_for()
-    page.get_by_role("button", name="Got it").focus()
-    page.keyboard.press("Enter")
-    hints.wait_for(state="hidden")
-    page.reload()
-    page.wait_for_selector("body[data-ready]")
-    page.wait_for_timeout(300)
-    assert not hints.is_visible()
 
 
 def test_the_believed_surface_stands_where_the_mission_flies_to(tmp_path: Any) -> None:

@@ -31,14 +31,20 @@ TOKEN = "a-token-that-both-servers-have"
 pytestmark = needs_chromium
 
 
-@pytest.fixture
-def page(studio: Any, browser: sync_api.Browser) -> Iterator[sync_api.Page]:
-    """A page that drives a flight that has just taken off with the preset's gains."""
+@pytest.fixture(scope="module")
+def opened(studio: Any, browser: sync_api.Browser) -> Iterator[sync_api.Page]:
+    """The one page of all tests."""
     with silent_page(browser) as page:
         page.goto(studio.url)
-        drive(page)
-        take_off(page)
         yield page
+
+
+@pytest.fixture
+def page(opened: sync_api.Page) -> sync_api.Page:
+    """A page that drives a flight that has just taken off."""
+    drive(opened)
+    take_off(opened)
+    return opened
 
 
 def take_off(page: sync_api.Page) -> None:
