@@ -200,9 +200,9 @@ def test_the_structure_is_what_is_baked_in(cascades: dict[str, Cascade], robot: 
 
 
 def test_gains_are_checked_like_those_of_a_file(cascades: dict[str, Cascade]) -> None:
-    cascades["hybrid"].check_gain("shape.stiffness", 20.0, "here")
+    cascades["hybrid"].check_gain("shape.stiffness", 20.0, "here", DT)
     with pytest.raises(ConfigError, match=r"^here: shape\.stiffness"):
-        cascades["hybrid"].check_gain("shape.stiffness", -20.0, "here")
+        cascades["hybrid"].check_gain("shape.stiffness", -20.0, "here", DT)
 
 
 def test_every_law_that_ships_follows_the_protocol(robot: Robot, cascades: dict[str, Cascade]) -> None:

@@ -99,7 +99,7 @@ class FlightPlan:
         plant = self.experiment.plant
         touches = "foot" if plant.foot is not None else "peg" if plant.peg is not None else "ball"
         supervised = bool(self.experiment.supervisor.on) and self.traceable
-        where = self.experiment.surface, touches, self.experiment.sensors
+        where = self.experiment.surface, self.period, touches, self.experiment.sensors
         return EventContext(self.robot, self.controller, *where, supervised)
 
     def timeline(self, times: np.ndarray) -> Timeline:
