@@ -149,6 +149,6 @@ def test_a_robot_whose_rotors_do_not_turn_is_refused():
 
 def test_a_control_rate_below_that_of_the_plans_is_refused():
     pointed.require(pointed.Gains(), 1.0 / RATE)
-    with pytest.raises(ConfigError, match="law 'pointed' plans .* 10 Hz is too low"):
+    with pytest.raises(ConfigError, match=r"law 'pointed' plans .* 10 Hz is too low"):
         pointed.require(pointed.Gains(), 0.1)
     assert pointed.needs(pointed.Gains()) == planned.needs(planned.Gains())
