@@ -173,6 +173,23 @@ def test_the_target_waits_for_rotors_at_their_limits(make_inputs: Make) -> None:
     assert pushed(short, gains(), [0, 0, 0], ticks=200).way[0] == 0.0
 
 
+def test_what_the_rotors_fall_short_of_is_of_the_world_and_of_the_body(make_inputs: Make) -> None:
+    """Along the task's own axes the same target waits, in whatever direction they point."""
+    reference = {**TOUCHING, "contact_axis": TURNED[:, 0], "sliding_axis": TURNED[:, 1]}
+    inputs, R = make_inputs(R=rot_z(0.8), reference=reference), rot_z(0.8)
+    law = gains(force=(1.0, 1.0, 1.0), torque=(0.2, 0.2, 0.2))
+    free = {name: getattr(pushed(inputs, law, [0, 0, 0], ticks=20), name) for name in ("way", "turn")}
+    assert np.abs([*free.values()]).min() > 1e-6
+    for axis in range(3):
+        others = [each for each in range(3) if each != axis]
+        along = TURNED @ np.where(np.arange(3) == axis, 1.0, -0.1)  # too much of the others is no shortage
+        short = inputs._replace(residual=Wrench(along, R.T @ along))
+        found = pushed(short, law, [0, 0, 0], ticks=20)
+        for name, went in free.items():
+            assert getattr(found, name)[axis] == 0.0
+            assert (getattr(found, name)[others] == went[others]).all()
+
+
 def test_the_targets_rate_knows_that_the_axes_turn(make_inputs: Make) -> None:
     law, state = gains(), contact.initial_state(gains(), NOBODY)._replace(way=np.array([0.2, 0.0, 0.0]))
     axes = rot_z(0.01)

@@ -299,6 +299,14 @@ def test_the_damper_counts_the_motion_against_surface_and_arm(make_inputs: Make)
     assert state.tank == pytest.approx(0.2 + MASS * GAINS.press_damping * relative**2 * DT)
 
 
+def test_where_the_surface_has_gone_nothing_is_pressed_and_the_damper_is_firmer(make_inputs: Make) -> None:
+    moving = {**CALM, "force": np.zeros(3), "velocity": np.array([0.07, 0.0, 0.0])}
+    at = make_inputs(contact=ENGAGED._replace(gone=1.0, normal_force=0.0), **moving)
+    state, force, _ = step(at)
+    assert force[0] == pytest.approx(-3.0 * MASS * GAINS.press_damping * 0.07)
+    assert state.integral == 0.0
+
+
 @pytest.mark.parametrize("ratio", [0.5, 1.0, 2.0])
 def test_it_presses_as_if_it_had_another_mass(make_inputs: Make, ratio: float) -> None:
     """Put f into m x'' = f + f_hat: what is left moves ratio times the mass."""
