@@ -74,8 +74,8 @@ def require_memory(controller: Any, latency: float, period: float) -> None:
     longest = needs_of(controller).memory * period
     if latency >= longest:
         raise ConfigError(
-            f"sensors.latency = {latency:g} s: controller '{controller.name}' holds a frame against where the "
-            f"robot was then, which it remembers for {longest:g} s at {1.0 / period:g} Hz; a lower "
+            f"sensors.latency = {latency:g} s: controller '{controller.name}' holds a frame against where "
+            f"the robot was then, which it remembers for {longest:g} s at {1.0 / period:g} Hz; a lower "
             "controller_rate remembers longer"
         )
 

@@ -133,9 +133,10 @@ def checked(plan: P, known: Sequence[Event] = ()) -> P:
         known: events that a plan like it was checked with.
 
     Raises:
-        ConfigError: the controller cannot work at this rate, or with frames as old as these; a posture, a push or the commanded force cannot
-            be held; the robot would start inside of the surface, its tip does not fit, or the path leaves the
-            surface; the flight may take too long; or an event names what is not there.
+        ConfigError: the controller cannot work at this rate, or with frames as old as these; a posture, a
+            push or the commanded force cannot be held; the robot would start inside of the surface, its tip
+            does not fit, or the path leaves the surface; the flight may take too long; or an event names what
+            is not there.
     """
     plan = _supervised(plan)
     experiment, robot, controller = plan.experiment, plan.robot, plan.controller
