@@ -249,6 +249,15 @@ def test_no_more_is_cancelled_than_friction_can_give_but_what_is_the_robot_s_own
     np.testing.assert_allclose(force[1:], [-0.7 * sign, 4.0 * sign], atol=1e-12)
 
 
+def test_what_a_harder_press_rubs_with_is_not_taken_for_the_robot_s_own(make_inputs: Make) -> None:
+    """Friction grows with the force: at 3 N up to three times the limit may be of the contact."""
+    gains = following.Gains(GAINS.stiffness, GAINS.damping_ratio, cancel_limit=0.7, cancel=(0.0, 0.0))
+    for up, own in ((2.0, 0.0), (3.1, 1.0)):
+        at = make_inputs(contact=ENGAGED, wanted=3.0, **{**CALM, "force": np.array([-3.0, 0.0, -up])})
+        _, force, _ = step(at, gains)
+        assert force[2] == pytest.approx(own, abs=1e-12)
+
+
 # ---- where the centre of gravity is led ----
 
 
