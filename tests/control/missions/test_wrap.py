@@ -122,7 +122,8 @@ def test_a_path_that_goes_around_and_in_at_once_has_the_acceleration_of_its_plac
         np.outer(one, frame.sliding_u) - np.outer(in_, frame.contact)
         for one, in_ in zip(around, deep, strict=True)
     )
-    rows = Reference(*(np.tile(one, (len(t), 1)) for one in entries(zero_reference(3, 4))))
+    tiled: list[Any] = [np.tile(one, (len(t), 1)) for one in entries(zero_reference(3, 4))]
+    rows = Reference(*tiled)
     tip = {"tip_position": center + place, "tip_velocity": rate, "tip_acceleration": bend}
     flat = rows._replace(
         position=center + place, velocity=rate, acceleration=bend, **tip, heading=np.zeros(len(t))
