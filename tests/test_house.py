@@ -327,6 +327,17 @@ def test_the_paper_map_names_what_there_is() -> None:
         assert name in {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}, name
 
 
+def test_the_names_that_stand_for_symbols_are_in_the_code() -> None:
+    text = (ROOT / "docs" / "notation.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\|([^|]*)\|([^|]*)\|", text.partition("## Symbols and names")[2], re.MULTILINE)
+    names = {name for _, code in rows for name in re.findall(r"`[\w.]*?(\w+)(?:\[[^`]*\])?`", code)}
+    assert {"joint_angles", "allocation_C", "normalized_stiffness"} <= names
+    written = set(
+        re.findall(r"\w+", " ".join(path.read_text("utf-8") for path in (ROOT / "src").rglob("*.py")))
+    )
+    assert not names - written
+
+
 def test_every_label_in_the_code_is_on_the_paper_map() -> None:
     text = (ROOT / "docs" / "paper_map.md").read_text(encoding="utf-8").replace("*", "")
     labels = sorted(re.findall(r"eq:[\w \-]+\w", text), key=len, reverse=True)

@@ -96,15 +96,15 @@ def test_each_law_gets_its_own_gains_and_state_and_what_came_before_it(cascades:
     assert (low, high) == (cascade.family.reach_min, cascade.family.reach_max)
 
 
-def biased(cascade: Cascade, force: np.ndarray, torque: np.ndarray) -> dict[str, Any]:
-    """Signals of a tick at rest where the rotors have to make up a bias."""
+def biased(cascade: Cascade, force: np.ndarray, torque: np.ndarray, scale: float = 1.0) -> dict[str, Any]:
+    """Signals of a tick at rest where the rotors have to make up a bias, and a scale of all thrusts."""
     slot, (measurement, reference) = cascade.preset.slots.estimation, hover(cascade)
 
     def step(*given: Any) -> Any:
         state, estimate, signals = slot.law.step(*given)
-        return state, estimate._replace(bias=Wrench(force, torque)), signals
+        return state, estimate._replace(bias=Wrench(force, torque), scale=scale), signals
 
-    gives = (*slot.law.PROVIDES, "estimate.bias")
+    gives = (*slot.law.PROVIDES, "estimate.bias", "estimate.scale")
     law = SimpleNamespace(**{**vars(slot.law), "step": step, "PROVIDES": gives})
     made = replace(cascade, preset=cascade.preset.with_slot("estimation", replace(slot, law=law)))
     return made.step(made.gains(), made.initial_state(), measurement, reference, DT)[2]
@@ -124,6 +124,28 @@ def test_a_bias_is_made_up_for_and_the_aimed_force_sets_the_attitude(cascades: d
     np.testing.assert_allclose(
         numbers(turned["torque_command"]), numbers(plain["torque_command"]) - torque, atol=1e-9
     )
+
+
+def test_thrusts_that_give_less_are_asked_for_more_bias_and_all(cascades: dict[str, Cascade]) -> None:
+    cascade, force, torque = cascades["impedance"], np.array([0.4, -0.2, 0.1]), np.array([0.05, 0.02, -0.03])
+    plain, weak = (biased(cascade, force, torque, scale) for scale in (1.0, 0.8))
+    for name in ("force_command", "torque_command"):
+        np.testing.assert_allclose(0.8 * numbers(weak[name]), numbers(plain[name]), atol=1e-9)
+
+
+def test_the_tilt_gives_what_does_not_leak(cascades: dict[str, Cascade]) -> None:
+    cascade = cascades["impedance"].with_gains({"allocation.leak.compensate": True})
+    measurement, reference = hover(cascade)
+    state, leak = cascade.initial_state(), np.array([0.5, -0.3, 0.0])
+    leaking = state._replace(allocation=state.allocation._replace(leak=leak))
+    plain, found = (
+        cascade.step(cascade.gains(), each, measurement, reference, DT)[2] for each in (state, leaking)
+    )
+    aimed = numbers(found["force_command"])
+    np.testing.assert_allclose(aimed, numbers(plain["force_command"]) - leak, atol=1e-12)
+    roll, pitch, _ = numbers(found["attitude_target"])
+    up = rotation_from_rpy(roll, pitch, float(found["attitude_estimate"][2]))[:, 2]
+    np.testing.assert_allclose(up, aimed / np.linalg.norm(aimed), atol=1e-9)
 
 
 def test_the_observer_knows_the_wrench_that_the_allocation_gives(cascades: dict[str, Cascade]) -> None:
@@ -200,9 +222,9 @@ def test_the_structure_is_what_is_baked_in(cascades: dict[str, Cascade], robot: 
 
 
 def test_gains_are_checked_like_those_of_a_file(cascades: dict[str, Cascade]) -> None:
-    cascades["hybrid"].check_gain("shape.stiffness", 20.0, "here")
+    cascades["hybrid"].check_gain("shape.stiffness", 20.0, "here", DT)
     with pytest.raises(ConfigError, match=r"^here: shape\.stiffness"):
-        cascades["hybrid"].check_gain("shape.stiffness", -20.0, "here")
+        cascades["hybrid"].check_gain("shape.stiffness", -20.0, "here", DT)
 
 
 def test_every_law_that_ships_follows_the_protocol(robot: Robot, cascades: dict[str, Cascade]) -> None:

@@ -173,6 +173,23 @@ def test_the_target_waits_for_rotors_at_their_limits(make_inputs: Make) -> None:
     assert pushed(short, gains(), [0, 0, 0], ticks=200).way[0] == 0.0
 
 
+def test_what_the_rotors_fall_short_of_is_of_the_world_and_of_the_body(make_inputs: Make) -> None:
+    """Along the task's own axes the same target waits, in whatever direction they point."""
+    reference = {**TOUCHING, "contact_axis": TURNED[:, 0], "sliding_axis": TURNED[:, 1]}
+    inputs, R = make_inputs(R=rot_z(0.8), reference=reference), rot_z(0.8)
+    law = gains(force=(1.0, 1.0, 1.0), torque=(0.2, 0.2, 0.2))
+    free = {name: getattr(pushed(inputs, law, [0, 0, 0], ticks=20), name) for name in ("way", "turn")}
+    assert np.abs([*free.values()]).min() > 1e-6
+    for axis in range(3):
+        others = [each for each in range(3) if each != axis]
+        along = TURNED @ np.where(np.arange(3) == axis, 1.0, -0.1)  # too much of the others is no shortage
+        short = inputs._replace(residual=Wrench(along, R.T @ along))
+        found = pushed(short, law, [0, 0, 0], ticks=20)
+        for name, went in free.items():
+            assert getattr(found, name)[axis] == 0.0
+            assert (getattr(found, name)[others] == went[others]).all()
+
+
 def test_the_targets_rate_knows_that_the_axes_turn(make_inputs: Make) -> None:
     law, state = gains(), contact.initial_state(gains(), NOBODY)._replace(way=np.array([0.2, 0.0, 0.0]))
     axes = rot_z(0.01)
@@ -270,6 +287,37 @@ def test_targets_of_the_tip_move_the_body(make_inputs: Make, model: RobotState) 
         attitude.step(turning, (), moved, np.eye(3))[1] - attitude.step(turning, (), inputs, np.eye(3))[1]
     )
     assert torque[2] == pytest.approx(model.inertia_C[2, 2] * (20.0 * np.sin(0.2) + 8.0 * 0.1), rel=1e-6)
+
+
+def test_the_tip_turns_as_its_target_does_in_whatever_attitude(make_inputs: Make, model: RobotState) -> None:
+    """eq:impedance control 1 in the axes of the task, for a target that turns in W."""
+    R, rotation, rate = (
+        rotation_from_rpy(0.3, -0.2, 0.7),
+        np.array([0.1, 0.2, -0.1]),
+        np.array([0.2, 0.1, 0.3]),
+    )
+    omega, felt = np.array([0.1, -0.3, 0.2]), np.array([0.4, -0.3, 0.2])
+    inputs = make_inputs(
+        model, R=R, omega=omega, torque=felt,
+        reference={"contact_axis": TURNED[:, 0], "sliding_axis": TURNED[:, 1]},
+    )  # fmt: skip
+    tip = TipMove(np.zeros(3), np.zeros(3), rotation, rate)
+    law = attitude.Gains(stiffness_coupling=(3.0, -2.0, 5.0), damping_coupling=(1.0, -2.0, 0.5))
+    target = rotation_from_rpy(0.2, 0.1, 0.5)
+    _, torque, _ = attitude.step(
+        numeric(law), (), inputs._replace(contact=inputs.contact._replace(tip=tip)), target
+    )
+    inertia, R_TC = model.inertia_C, TURNED.T @ R
+    goal = rotation_from_vector(rotation) @ target
+    off = 0.5 * (goal.T @ R - R.T @ goal)
+    e_R = R_TC @ np.array([off[2, 1], off[0, 2], off[1, 0]])
+    e_omega = TURNED.T @ (R @ omega - rate)
+    K = symmetric(law.stiffness, law.stiffness_coupling)
+    D = symmetric(law.damping, law.damping_coupling)
+    L = symmetric(law.inertia_ratio, law.inertia_ratio_coupling)
+    pull = R_TC.T @ (np.linalg.solve(L, R_TC @ felt) - R_TC @ felt)
+    expected = pull - inertia @ R_TC.T @ (K @ e_R + D @ e_omega) + np.cross(omega, inertia @ omega)
+    np.testing.assert_allclose(torque, expected, atol=1e-12)
 
 
 @pytest.mark.parametrize(

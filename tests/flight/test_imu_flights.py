@@ -79,6 +79,20 @@ def test_a_controller_that_needs_an_imu_is_refused_without_one() -> None:
         skylimb.run("paper", "following", set={**HOLD, **ON})
 
 
+@pytest.mark.parametrize(
+    ("rate", "latency", "longest"), [(200, 0.075, "0.075"), (1000, 0.03, "0.015"), (1000, 0.015, "0.015")]
+)
+@pytest.mark.parametrize("estimation", [ON, {"controller.estimation.law": "kalman"}])
+def test_frames_that_are_always_too_old_are_refused(
+    estimation: dict[str, Any], rate: float, latency: float, longest: str
+) -> None:
+    """Nothing would ever correct where the IMU or the model goes: such flights were lost."""
+    settings = {"sensors.imu.on": True, **estimation, "controller_rate": rate}
+    told = rf"^sensors\.latency = {latency:g} s: controller 'following' .* for {longest} s at {rate} Hz"
+    with pytest.raises(ConfigError, match=told):
+        take_off("paper", ["following"], set={**settings, "sensors.latency": latency})
+
+
 @pytest.mark.parametrize("controller", ["following", "drawing"])
 def test_an_imu_that_is_lost_ends_in_a_level_descent(controller: str) -> None:
     """Its controller goes by it, and falls to the floor within .6 s where nobody watches."""

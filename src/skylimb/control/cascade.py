@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
+from skylimb.base.errors import ConfigError
 from skylimb.base.keys import Table
 from skylimb.base.packing import numeric, structure
 from skylimb.base.rotations import rpy_from_rotation
@@ -234,9 +235,21 @@ class Cascade:
         """
         return tried(replace(self, preset=with_gains(self.preset, changes, f"controller {self.name}")))
 
-    def check_gain(self, key: str, value: Any, where: str) -> None:
-        """Raise a `ConfigError` that begins with `where` unless the gain of this key may have this value."""
-        require_fit(self.preset.with_gain(key, value, where).slots, where)
+    def check_gain(self, key: str, value: Any, where: str, dt: float) -> None:
+        """Raise a `ConfigError` that begins with `where` unless the gain of this key may have this value.
+
+        Args:
+            key: of the gain.
+            value: that it is to get.
+            where: who asks.
+            dt: control period at which its law has to work with it, s.
+        """
+        slots = self.preset.with_gain(key, value, where).slots
+        require_fit(slots, where)
+        try:
+            getattr(slots, key.partition(".")[0]).require(dt)
+        except ConfigError as error:
+            raise ConfigError(f"{where}: {error}") from None
 
     def force_with(self, key: str, value: Any) -> float:
         """The normal force that the law of a gain commands once the gain of this key has this value, N."""

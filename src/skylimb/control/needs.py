@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -30,6 +31,7 @@ class Needs:
         imu: whether it works on what an IMU measures.
         slowest: pace of a mission that waits for its pen all the way; its flight has patience for that.
         supervised: whether its simulated flights are, where their experiment does not say.
+        memory: control ticks by which a frame of the motion capture may be old for the law to learn of it.
     """
 
     paced: bool = False
@@ -40,6 +42,7 @@ class Needs:
     imu: bool = False
     slowest: float = 1.0
     supervised: bool = False
+    memory: float = math.inf
 
 
 def needs_of(controller: Any) -> Needs:
@@ -58,6 +61,23 @@ def require_imu(controller: Any, there: bool, where: str) -> None:
     """Raise a `ConfigError` where a controller works on an IMU and there is none; `where` says what to do."""
     if needs_of(controller).imu and not there:
         raise ConfigError(f"controller '{controller.name}' works on what an IMU measures: {where}")
+
+
+def require_memory(controller: Any, latency: float, period: float) -> None:
+    """Raise a `ConfigError` where every frame of the motion capture would be too old to correct anything.
+
+    Args:
+        controller: any.
+        latency: age of a frame when it comes, s.
+        period: of the control, s.
+    """
+    longest = needs_of(controller).memory * period
+    if latency >= longest:
+        raise ConfigError(
+            f"sensors.latency = {latency:g} s: controller '{controller.name}' holds a frame against where "
+            f"the robot was then, which it remembers for {longest:g} s at {1.0 / period:g} Hz; a lower "
+            "controller_rate remembers longer"
+        )
 
 
 def merged(needs: Iterable[Needs]) -> Needs:
@@ -79,4 +99,5 @@ def merged(needs: Iterable[Needs]) -> Needs:
         any(need.imu for need in needs),
         min((need.slowest for need in needs), default=1.0),
         any(need.supervised for need in needs),
+        min((need.memory for need in needs), default=math.inf),
     )

@@ -25,6 +25,9 @@ def wanted_force(along: Any, own: Any) -> Any:
 
 
 def own_force(gains: Any) -> Any:
-    """The normal force that a translation law has to press with, its gain `force`, N; 1 where it has none."""
+    """The normal force that a translation law has to press with, its gain `force`, N.
+
+    1 where it has none, or one for each axis.
+    """
     own = getattr(gains, "force", 1.0)
     return 1.0 if isinstance(own, tuple | list | np.ndarray) else own

@@ -22,7 +22,7 @@ from skylimb.control.missions.mission import Mission
 from skylimb.control.missions.plan import NOTHING, StandingOut, plan_mission
 from skylimb.control.missions.posture import posture_plan
 from skylimb.control.missions.table import Window, window_of
-from skylimb.control.needs import Needs, needs_of, require_imu
+from skylimb.control.needs import Needs, needs_of, require_imu, require_memory
 from skylimb.control.planning.posture_path import PostureConfig
 from skylimb.flight.derived import Derived
 from skylimb.flight.events import Event, EventContext, Timeline, require_events, timeline
@@ -99,7 +99,7 @@ class FlightPlan:
         plant = self.experiment.plant
         touches = "foot" if plant.foot is not None else "peg" if plant.peg is not None else "ball"
         supervised = bool(self.experiment.supervisor.on) and self.traceable
-        where = self.experiment.surface, touches, self.experiment.sensors
+        where = self.experiment.surface, self.period, touches, self.experiment.sensors
         return EventContext(self.robot, self.controller, *where, supervised)
 
     def timeline(self, times: np.ndarray) -> Timeline:
@@ -133,15 +133,17 @@ def checked(plan: P, known: Sequence[Event] = ()) -> P:
         known: events that a plan like it was checked with.
 
     Raises:
-        ConfigError: the controller cannot work at this rate; a posture, a push or the commanded force cannot
-            be held; the robot would start inside of the surface, its tip does not fit, or the path leaves the
-            surface; the flight may take too long; or an event names what is not there.
+        ConfigError: the controller cannot work at this rate, or with frames as old as these; a posture, a
+            push or the commanded force cannot be held; the robot would start inside of the surface, its tip
+            does not fit, or the path leaves the surface; the flight may take too long; or an event names what
+            is not there.
     """
     plan = _supervised(plan)
     experiment, robot, controller = plan.experiment, plan.robot, plan.controller
     if is_traceable(controller):
         controller.require(plan.period)
     require_imu(controller, experiment.sensors.imu.on, "set sensors.imu.on = true, where the robot has one")
+    require_memory(controller, experiment.sensors.latency, plan.period)
     require_plant(robot.description, experiment.surface, experiment.plant, plan.period)
     require_events(experiment.events, plan.event_context, np.inf, known)
     require_feasible(experiment, robot, controller)

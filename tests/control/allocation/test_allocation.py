@@ -1,11 +1,14 @@
 """The laws of the allocation slot and their parts: leak, small moves of the vectoring angles."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+import skylimb
+from made_robots import multirotor
 from skylimb.base.errors import ConfigError
 from skylimb.base.packing import numeric
 from skylimb.base.rotations import rotation_from_rpy
@@ -149,6 +152,20 @@ def test_no_angle_moves_beyond_its_limit(at: LawInput, demand: Demand) -> None:
     assert move.max() == pytest.approx(0.2, rel=1e-6) or move.min() == pytest.approx(-0.2, rel=1e-6)
     assert np.abs(other).max() == pytest.approx(0.2, rel=1e-6)
     assert (np.sign(other[np.abs(move) > 0.19]) == -np.sign(move[np.abs(move) > 0.19])).all()
+
+
+def test_no_angle_moves_beyond_its_joints_stops(make_inputs: Make, tmp_path: Path) -> None:
+    """The stops are of the angle, and the move is from the nominal one."""
+    turning = skylimb.load_robot(multirotor(tmp_path, rotors=4, turn_limit=0.5))
+    none, nominal = np.zeros(0), np.array([0.3, -0.3, 0.3, -0.3])
+    model = turning.at(none, nominal)
+    at = make_inputs(model, robot=turning, q=none, psi=nominal)
+    gains = numeric(Moves(damping=1e-3, cutoff=1e3, limit=3.0))
+    weight = model.mass * model.gravity
+    for side in (50.0, -50.0):
+        force = weight + np.array([side, 0.7 * side, 0.0])
+        move = flat(lateral_move(gains, np.zeros(4), at, Demand(force, force, np.zeros(3), none, nominal))[0])
+        assert np.abs(nominal + move).max() == pytest.approx(0.5, abs=1e-6)
 
 
 # ---- laws ----

@@ -6,10 +6,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+import skylimb
 from skylimb.base.packing import numeric
+from skylimb.base.rotations import rotation_from_rpy
 from skylimb.control.allocation.laws import vectored
+from skylimb.control.allocation.laws.bounded import whole_wrench
 from skylimb.control.allocation.rotor_lag import RotorLag, Rotors
-from skylimb.control.allocation.rotor_reaction import motor_limits, reaction, reaction_torque
+from skylimb.control.allocation.rotor_reaction import Reaction, motor_limits, reaction, reaction_torque
 from skylimb.control.allocation.thrusts import unlimited
 from skylimb.control.records import Demand, LawInput
 from skylimb.robots.model import Robot
@@ -48,6 +51,19 @@ def test_thrusts_give_the_torque_with_their_reaction(at: LawInput, robot: Robot,
     np.testing.assert_allclose(wrench[3:], TORQUE, atol=1e-9)
     assert wrench[2] == pytest.approx((body.R_WC.T @ force)[2])
     assert np.abs(wanted - unlimited(body, force, TORQUE, hold_lift=True).total).max() > 0.05
+
+
+def test_thrusts_give_the_whole_wrench_with_their_reaction(at: LawInput) -> None:
+    """Six rows of six rotors: Q T_w + r G (T_w - T) is the wanted wrench."""
+    robot = skylimb.load_robot("tilted_hexarotor")
+    none = np.zeros(0)
+    body = at.estimate.body._replace(model=robot.at(none, none), R_WC=rotation_from_rpy(0.1, -0.2, 0.4))
+    force, now = robot.weight * np.array([0.1, -0.05, 1.0]), np.linspace(4.0, 6.0, 6)
+    # The robot's file says no inertia: any matrix with torque rows stands for it.
+    known = Reaction(np.vstack([np.zeros((3, 6)), 0.02 * np.arange(18.0).reshape(3, 6)]), now)
+    wanted = whole_wrench(body, force, TORQUE, known).total
+    wrench = body.model.allocation_C @ wanted + known.matrix @ (wanted - now)
+    np.testing.assert_allclose(wrench, [*(body.R_WC.T @ force), *TORQUE], atol=1e-9)
 
 
 def test_commands_at_the_limit_take_the_motors_torque(robot: Robot) -> None:

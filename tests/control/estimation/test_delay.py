@@ -88,6 +88,6 @@ def test_a_measurement_older_than_the_history_is_not_taken_for_free_fall() -> No
     state = DelayState((ACTING,) * DEPTH)
     found = delayed_wrench(0.15, state, DT)
     np.testing.assert_allclose(np.concatenate(found), ACTING)
-    require_history(Delay(latency=0.07), DT)
+    require_history("estimation.delay.latency", 0.07, DT)
     with pytest.raises(ConfigError, match=r"estimation.delay.latency = 0.03 s .* 26 ticks of 0.001 s"):
-        require_history(Delay(latency=0.03), 0.001)
+        require_history("estimation.delay.latency", 0.03, 0.001)

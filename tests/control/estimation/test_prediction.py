@@ -25,3 +25,18 @@ def test_what_pushes_and_turns_from_outside_acts_on_the_motion() -> None:
     np.testing.assert_allclose(pushed - fallen, DT * force / ROBOT.mass, atol=1e-12)
     spin = np.linalg.solve(model.inertia_C, DT * torque)
     np.testing.assert_allclose(turned - turning, model.R_root_C @ spin, atol=1e-12)
+
+
+def test_rotors_act_as_they_are_in_the_middle_of_their_lag_and_with_what_is_left_of_them() -> None:
+    model = ROBOT.at(ROBOT.nominal_posture(), np.zeros(ROBOT.n_vectoring))
+    before, command = np.array([8.0, 9.0, 10.0, 11.0]), np.array([12.0, 7.0, 9.0, 10.0])
+    left, lag = np.array([1.0, 0.5, 0.9, 1.0]), 0.05
+    body = BodyState(np.zeros(3), np.zeros(3), np.eye(3), np.zeros(3), model)
+    new = moved(
+        initial_prediction(ROBOT, before), body, np.array([1.0, 0, 0, 0]), command, left, 0.0, lag, DT
+    )
+    after = command + (before - command) * np.exp(-DT / lag)
+    np.testing.assert_allclose(new.thrusts, after, atol=1e-12)
+    wrench = model.allocation_C @ (left * 0.5 * (before + after))
+    np.testing.assert_allclose(new.observer.known_force, wrench[:3] - model.mass * model.gravity, atol=1e-9)
+    np.testing.assert_allclose(new.observer.known_torque, wrench[3:], atol=1e-9)

@@ -262,9 +262,9 @@ def test_a_gain_that_needs_a_field_is_refused_before_and_in_flight(
     following, drawing = (load_controller(name, robot) for name in ("following", "drawing"))
     told = rf"^{{}} following: translation law 'following' needs {field} \({key} = .*\), which contact law 'f"
     change, board = GainChange(5.0, key, value), surface_from_mapping({})
-    change.require(EventContext(robot, drawing, board))
+    change.require(EventContext(robot, drawing, board, 0.005))
     with pytest.raises(ConfigError, match=told.format("gain at 5 s, controller")):
-        change.require(EventContext(robot, following, board))
+        change.require(EventContext(robot, following, board, 0.005))
     assert isinstance(following, Cascade)
     with pytest.raises(ConfigError, match=told.format("controller")):
         following.with_gains({key: value})

@@ -75,7 +75,7 @@ def test_what_a_users_law_gives_is_seen(load: Load) -> None:
     changed = cascade.with_gains({"translation.force": 2.0})
     told = r"^here: translation law 'following' needs contact\.across \(translation\.feed = 0\.5\), which"
     with pytest.raises(ConfigError, match=told):
-        changed.check_gain("translation.feed", 0.5, "here")
+        changed.check_gain("translation.feed", 0.5, "here", 0.005)
 
 
 CONTACT, TRANSLATION = "contact law 'contact.py'", "translation law 'translation.py'"

@@ -110,7 +110,7 @@ def test_its_gains_are_keys_like_everyones(tmp_path: Path, robot: Robot) -> None
     }
     assert controller_units(own) == {"pull": "N/m", "push": "N"}
     assert own.sources[0].path == (tmp_path / "own.py").resolve()
-    own.check_gain("pull", 4.0, "here")
+    own.check_gain("pull", 4.0, "here", 0.005)
     for key, value, message in (
         ("pull", 11.0, r"^controller 'own': pull = 11 N/m is outside"),
         ("pul", 1.0, r"unknown key 'pul'; did you mean 'pull'"),
@@ -119,7 +119,7 @@ def test_its_gains_are_keys_like_everyones(tmp_path: Path, robot: Robot) -> None
         with pytest.raises(ConfigError, match=message):
             made(tmp_path, robot, gains={key: value})
     with pytest.raises(ConfigError, match=r"^here: pull"):
-        own.check_gain("pull", 11.0, "here")
+        own.check_gain("pull", 11.0, "here", 0.005)
 
 
 def test_a_gain_changes_without_a_new_trace(tmp_path: Path, robot: Robot) -> None:

@@ -8,9 +8,11 @@ from scipy.spatial.transform import Rotation
 
 import skylimb
 from skylimb.base.errors import ConfigError
+from skylimb.control.missions.clock import entries
 from skylimb.control.missions.frame import contact_frame
 from skylimb.control.missions.mission import Mission
-from skylimb.control.missions.wrap import wrapped_points
+from skylimb.control.missions.reference import Reference, zero_reference
+from skylimb.control.missions.wrap import Along, wrapped, wrapped_points
 from skylimb.flight import plan
 
 RADIUS, TIP = 0.3, 0.004
@@ -108,3 +110,29 @@ def test_a_flat_point_keeps_its_distance_from_the_post_and_its_height(side: floa
     # A length along the flat path is one along the post's side.
     angle = np.unwrap(np.arctan2(bent[:, 1] - axis[1], -(bent[:, 0] - axis[0])))
     np.testing.assert_allclose(angle, place / radius, atol=1e-9)
+
+
+def test_a_path_that_goes_around_and_in_at_once_has_the_acceleration_of_its_place() -> None:
+    """Coriolis' part too, which a path at one distance from the post has not."""
+    frame, center, radius, dt = contact_frame((1.0, 0.0, 0.0)), np.array([1.0, 0.2, 1.0]), 0.5, 1e-3
+    t = np.arange(400) * dt
+    around = Along(0.3 * np.sin(2.0 * t), 0.6 * np.cos(2.0 * t), -1.2 * np.sin(2.0 * t))
+    deep = 0.2 * np.cos(3.0 * t), -0.6 * np.sin(3.0 * t), -1.8 * np.cos(3.0 * t)
+    place, rate, bend = (
+        np.outer(one, frame.sliding_u) - np.outer(in_, frame.contact)
+        for one, in_ in zip(around, deep, strict=True)
+    )
+    tiled: list[Any] = [np.tile(one, (len(t), 1)) for one in entries(zero_reference(3, 4))]
+    rows = Reference(*tiled)
+    tip = {"tip_position": center + place, "tip_velocity": rate, "tip_acceleration": bend}
+    flat = rows._replace(
+        position=center + place, velocity=rate, acceleration=bend, **tip, heading=np.zeros(len(t))
+    )
+    bent = wrapped(flat, frame, center, radius, around)
+    inner = slice(2, -2)
+    for where, speed, change in (
+        (bent.position, bent.velocity, bent.acceleration),
+        (bent.tip_position, bent.tip_velocity, bent.tip_acceleration),
+    ):
+        np.testing.assert_allclose(np.gradient(where, dt, axis=0)[inner], speed[inner], atol=1e-5)
+        np.testing.assert_allclose(np.gradient(speed, dt, axis=0)[inner], change[inner], atol=1e-5)

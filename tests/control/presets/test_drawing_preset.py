@@ -180,6 +180,27 @@ def test_a_landing_is_over_once_the_path_goes_on_and_comes_once(make_inputs: Any
     assert landings[-1] < 0.01
 
 
+def test_a_path_comes_to_rest_where_its_stroke_ends(make_inputs: Any, make_start: Any) -> None:
+    """v^2 = 2 a s over the way that is left, less what the path goes before the rest begins."""
+    gains = replace(drawing.Gains(), path_acceleration=0.1)
+    state = drawing.initial_state(gains, make_start())
+    speed, here = 0.1, np.array([1.0, 0.0, 0.0])
+    slides = state.following._replace(machine=state.following.machine._replace(state=SLIDE), speed=speed)
+    state = numeric(state._replace(following=slides, loaded=1.0))
+    row = zero_reference(3, 4)._replace(tip_position=here, touch=1.0)
+    for way in (0.02, 0.03):
+        end = row._replace(tip_position=here + np.array([-0.1, 0.0, way]), touch=0.0)
+        moving = {"tip_velocity": np.array([0.0, 0.0, speed]), "tip_position": here, "touch": 1.0}
+        inputs = make_inputs(
+            force=np.array([-1.0, 0.0, 0.0]),
+            contact_force=-1.0,
+            reference={**moving, "wait": 1.0, "ahead": (row, end)},
+        )
+        _, _, signals = drawing.step(numeric(gains), state, inputs)
+        left = way - drawing.AHEAD * speed + drawing.ENDS
+        assert float(signals["pace"]) == pytest.approx(np.sqrt(2.0 * 0.1 * left) / speed, rel=1e-4)
+
+
 def test_a_path_waits_for_its_pen_no_slower_than_it_should(make_inputs: Any, make_start: Any) -> None:
     gains = replace(drawing.Gains(), wait_beyond=0.008, waiting_pace=0.4, path_acceleration=100.0)
     state = drawing.initial_state(gains, make_start())

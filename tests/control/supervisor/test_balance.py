@@ -57,6 +57,16 @@ def test_three_rotors_turn_along_with_a_servo_that_runs_away(servo: int, speed: 
     )
 
 
+def test_a_servo_that_runs_away_is_taken_where_the_others_will_have_followed() -> None:
+    loose, speeds, psi = np.eye(7)[4], 1.5 * np.eye(7)[4], LEVEL + 0.4 * np.eye(4)[1]
+    ahead = psi + (speeds * servo_lags(ROBOT))[3:]
+    running = balanced(ROBOT, loose, SEEN._replace(vectoring_angles=psi), speeds, LEVEL, LEVEL, DT)
+    arrived = balanced(ROBOT, loose, SEEN._replace(vectoring_angles=ahead), np.zeros(7), LEVEL, LEVEL, DT)
+    np.testing.assert_array_equal(running, arrived)
+    behind = balanced(ROBOT, loose, SEEN._replace(vectoring_angles=psi), np.zeros(7), LEVEL, LEVEL, DT)
+    assert np.abs(running - behind).max() > 1e-6
+
+
 @pytest.mark.parametrize("joint", range(3))
 def test_a_limp_joint_is_pushed_less(joint: int) -> None:
     loose, command = np.eye(7)[joint], LEVEL

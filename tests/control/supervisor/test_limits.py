@@ -6,8 +6,13 @@ from typing import Any
 
 import pytest
 
+import skylimb
 from skylimb.base.errors import ConfigError
+from skylimb.control.cascade import Cascade
+from skylimb.control.controller import load_controller
+from skylimb.control.supervisor.halves import Halves
 from skylimb.control.supervisor.limits import Limits
+from skylimb.control.supervisor.supervised import Supervised
 
 
 @pytest.mark.parametrize(
@@ -26,3 +31,16 @@ from skylimb.control.supervisor.limits import Limits
 def test_an_order_that_makes_no_sense_is_refused(given: dict[str, Any], message: str) -> None:
     with pytest.raises(ConfigError, match=message):
         Limits(**given)
+
+
+def test_a_latency_beyond_the_prediction_is_refused_by_both_supervisors() -> None:
+    """The compiled tick's and the one around a controller on a clock; both cut the history off before."""
+    robot, told = skylimb.load_robot("hydrus_xi_quad"), r"^supervisor\.latency = 0.05 s .* at most 0.025 s"
+    controller = load_controller("hybrid", robot)
+    assert isinstance(controller, Cascade)
+    limits = Limits(latency=0.05)
+    Supervised(controller, limits).require(0.005)
+    with pytest.raises(ConfigError, match=told):
+        Supervised(controller, limits).require(0.001)
+    with pytest.raises(ConfigError, match=told):
+        Halves(robot, limits, 0, 0.001, imu=False)

@@ -82,6 +82,12 @@ FORCE, TOUCH = "translation.force", "contact.machine.touch_force"
             ConfigError,
             "above 0 and at most 100 N",
         ),
+        (
+            "following",
+            change(5.0, "estimation.delay.latency", 0.19),
+            ConfigError,
+            r"^gain at 5 s, controller following: estimation\.delay\.latency = 0\.19 s .* at most 0\.125 s",
+        ),
         ("following", change(500.0, FORCE, 2.0), ConfigError, "after the flight's end"),
         ("following", {"kind": "gain", "time": 5.0, "key": FORCE}, ConfigError, "value' is missing"),
         ("following", change(5.0, FORCE, 2.0, duraton=1.0), UnknownNameError, "duration"),

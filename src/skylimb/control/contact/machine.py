@@ -6,6 +6,8 @@ r"""The contact's state machine: free, approach, settle, slide, lost, recontact,
    clear                 v                   touched                                            |
      +--------------- retreat <-----------------+--------------- nothing there -----------------+
 
+A pen that rests after a loss and is touched meanwhile settles as well: it need not look again.
+
 Every transition has a reason that is recorded with it. Whatever the state, the robot retreats once the
 mission wants no touch. All of it is arithmetic on numbers, so that it compiles into the tick.
 """

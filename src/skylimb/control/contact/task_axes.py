@@ -10,6 +10,12 @@ from skylimb.symbolic import Array, clip, dot, vector, where
 Axes = tuple[Array, Array, Array]
 """Contact axis and sliding axes."""
 
+_MOVES = 0.02
+"""Speed of the path from which its direction can be trusted, m/s; less below it."""
+
+_PRESSED = 0.3
+"""Least push along the contact axis in which a slope shows, N: less divides by noise."""
+
 
 def in_task(vector_W: Array, axes: Axes) -> Array:
     """A vector of W in the frame of the task, (3,)."""
@@ -24,12 +30,12 @@ def seen_across(wrench: Wrench, path: Array, speed: Any, axes: Axes) -> Array:
     """
     a, u, v = axes
     along = path / (speed + 1e-9)
-    moving = clip(speed / 0.02, 0.0, 1.0)
+    moving = clip(speed / _MOVES, 0.0, 1.0)
     across = vector(-along[1], along[0])
     pressed = dot(a, wrench.force)
     sideways = across[0] * dot(u, wrench.force) + across[1] * dot(v, wrench.force)
-    seen = sideways / where(pressed < -0.3, pressed, -0.3)
-    known = moving * where(pressed < -0.3, 1.0, 0.0)
+    seen = sideways / where(pressed < -_PRESSED, pressed, -_PRESSED)
+    known = moving * where(pressed < -_PRESSED, 1.0, 0.0)
     return vector(across[0] * known, across[1] * known, seen)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from skylimb.base.rotations import hat, rotation_error, rotation_from_quaternion
 from skylimb.control.estimation.body_filter import ATTITUDE, POSITION, RATES, VELOCITY, Filtered
 from skylimb.control.estimation.gates import BEYOND, numbers
-from skylimb.control.estimation.inertial import DEPTH, Place
+from skylimb.control.estimation.inertial import DEPTH, MEMORY, Place
 from skylimb.control.estimation.kalman import Seen
 from skylimb.control.estimation.records import Measurement
 from skylimb.robots.posed import RobotState
@@ -67,10 +67,10 @@ def looked(
     now = placed(state, model, arm)
     past = (now, *(_either(known, row, now) for row in state.past[:-1]))
     age = numbers(measurement.capture_age, DEPTH * dt)
-    ticks = clip(age * (1.0 / dt), 0.0, DEPTH - 1.0)
+    ticks = clip(age * (1.0 / dt), 0.0, MEMORY)
     then = Place(*(between(rows, ticks) for rows in zip(*past, strict=True)))
     fresh = where(age < state.age + 0.5 * dt, 1.0, 0.0)
-    counts = good * fresh * known * where(age * (1.0 / dt) < DEPTH - 1.0, 1.0, 0.0)
+    counts = good * fresh * known * where(age * (1.0 / dt) < MEMORY, 1.0, 0.0)
     to_C, unit = model.R_root_C.T, np.eye(3)
     lever = state.R_WB @ hat(model.cog_root) @ model.R_root_C
     frame = (

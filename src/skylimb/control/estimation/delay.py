@@ -46,13 +46,19 @@ class DelayState(NamedTuple):
     wrenches: tuple[Array, ...] = (np.zeros(6),) * DEPTH
 
 
-def require_history(gains: Delay, dt: float) -> None:
-    """Raise a `ConfigError` unless the history, in ticks of `dt` (s), reaches back to the latency."""
+def require_history(key: str, latency: float, dt: float) -> None:
+    """Raise a `ConfigError` unless the history, in ticks of `dt` (s), reaches back to a latency.
+
+    Args:
+        key: under which it is said.
+        latency: that is assumed, s.
+        dt: control period, s.
+    """
     longest = (DEPTH - 1) * dt
-    if gains.latency > longest + 1e-9:
+    if latency > longest + 1e-9:
         raise ConfigError(
-            f"estimation.delay.latency = {gains.latency:g} s needs a longer history than {DEPTH} ticks of "
-            f"{dt:g} s: at most {longest:g} s, or a lower controller_rate"
+            f"{key} = {latency:g} s needs a longer history than {DEPTH} ticks of {dt:g} s: at most "
+            f"{longest:g} s, or a lower controller_rate"
         )
 
 

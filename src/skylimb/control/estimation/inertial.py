@@ -23,7 +23,10 @@ from skylimb.robots.model import ImuPlace
 from skylimb.symbolic import Array, between, clip, cross, exp
 
 DEPTH = 16
-"""Ticks that a frame may be old; at 200 Hz 75 ms."""
+"""Ticks that are remembered, this one among them."""
+
+MEMORY = DEPTH - 1.0
+"""Ticks that a frame may be old; at 200 Hz 75 ms. One that is older corrects nothing."""
 
 _ZERO = np.zeros(3)
 
@@ -132,7 +135,7 @@ def navigated(
     # Of the body then, in its own axes; in those of the IMU it is the same turn.
     away = place.R.T @ rotation_error(then.R, seen.R)
     off, drift = then.position - seen.position, then.velocity - seen.velocity
-    weight = started * clip(DEPTH - 1.0 - ticks, 0.0, 1.0)
+    weight = started * clip(MEMORY - ticks, 0.0, 1.0)
     shares = {name: weight * (1.0 - exp(-getattr(gains, name) * dt)) for name in _CORRECTED}
     corrected = moved._replace(
         position=moved.position - shares["position"] * off,

@@ -163,8 +163,11 @@ class UserController:
         changed = self._changed(changes, self.what)
         return user_controller(self._remade(), self.robot, self.origin, changed)
 
-    def check_gain(self, key: str, value: Any, where: str) -> None:
-        """Raise a `ConfigError` that begins with `where` unless the gain of this key may have this value."""
+    def check_gain(self, key: str, value: Any, where: str, dt: float) -> None:
+        """Raise a `ConfigError` that begins with `where` unless the gain of this key may have this value.
+
+        Its own `require` knows the control period `dt` (s), and nothing of gains.
+        """
         self._changed({key: value}, where)
 
     def key_tables(self) -> Iterator[Table]:

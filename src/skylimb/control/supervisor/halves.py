@@ -86,6 +86,9 @@ class Halves:
         imu: whether the controller works on an IMU.
         purpose: of the vectoring angles: with it the loss of a rotor is answered where it can be.
 
+    Raises:
+        ConfigError: the control period is too short for the latency that is assumed.
+
     Attributes:
         sight: what the last look came to.
         mode: number of the mode.
@@ -103,6 +106,7 @@ class Halves:
         imu: bool,
         purpose: str | None = None,
     ) -> None:
+        limits.require(dt)
         self._made = made = compiled(robot, limits, ahead, dt, imu, purpose)
         self._state = made.first.copy()
         self._measured, self._wanted = np.zeros(made.measurement.size), np.zeros(made.reference.size)

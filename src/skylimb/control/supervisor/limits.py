@@ -6,6 +6,7 @@ from typing import Annotated
 
 from skylimb.base.errors import ConfigError
 from skylimb.base.keys import Key, configuration
+from skylimb.control.estimation.delay import require_history
 from skylimb.control.estimation.gates import Gates
 
 _ORDER = (
@@ -134,3 +135,7 @@ class Limits(Gates):
                     f"supervisor.{first} = {getattr(self, first):g} must be at most "
                     f"supervisor.{then} = {getattr(self, then):g}"
                 )
+
+    def require(self, dt: float) -> None:
+        """Raise a `ConfigError` unless the prediction reaches back to the latency at a period of `dt` s."""
+        require_history("supervisor.latency", self.latency, dt)

@@ -48,11 +48,12 @@ class Supervised:
         self._controller, self._limits = controller, limits
         self._descents = descents_of(controller.robot, controller.needs.vectoring, limits)
         self.name, self.robot, self.needs = controller.name, controller.robot, controller.needs
-        self.require, self.gains, self.key_tables = (
-            controller.require,
-            controller.gains,
-            controller.key_tables,
-        )
+        self.gains, self.key_tables = controller.gains, controller.key_tables
+
+    def require(self, dt: float) -> None:
+        """Raise a `ConfigError` where controller or supervisor cannot work at a control period of `dt` s."""
+        self._controller.require(dt)
+        self._limits.require(dt)
 
     def initial_state(self) -> State:
         """The controller's own, and a supervisor that knows nothing yet."""

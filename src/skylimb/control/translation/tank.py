@@ -14,8 +14,11 @@ from skylimb.control.records import NOTHING, LawInput
 from skylimb.control.windup import unless_short
 from skylimb.symbolic import clip, dot, where
 
-TANK_LOW, SHORT = 0.25, 0.05
-"""Share of the tank below which the integral fades; force that the rotors fell short by, N: both count."""
+TANK_LOW = 0.25
+"""Share of the tank below which the integral fades, and counts as limited."""
+
+SHORT = 0.05
+"""Force along the axis by which the rotors fell short from which the press counts as limited, N."""
 
 
 def gone(inputs: LawInput) -> Any:
@@ -35,7 +38,7 @@ def regulated(
     commanded = inputs.force
     wanted = commanded * contact.ease * (1.0 - away)
     missing = wanted - contact.normal_force
-    alive = clip(4.0 * state.tank / gains.tank, 0.0, 1.0)
+    alive = clip(state.tank / (TANK_LOW * gains.tank), 0.0, 1.0)
     axis_residual = dot(inputs.reference.contact_axis, (inputs.residual or NOTHING).force)
     integral = state.integral + unless_short(gains.force_integral * missing * dt, axis_residual)
     integral = clip(integral, -gains.force_integral_limit, gains.force_integral_limit)

@@ -27,6 +27,7 @@ class EventContext(NamedTuple):
         robot: as it is described.
         controller: what flies it.
         surface: as it is before take-off.
+        period: of the control, s.
         touches: "ball", "foot" or "peg": what the robot touches it with.
         sensors: that measure it.
         supervised: whether a supervisor stands between controller and plant.
@@ -36,6 +37,7 @@ class EventContext(NamedTuple):
     robot: Robot
     controller: Controller
     surface: Surface
+    period: float
     touches: str = "ball"
     sensors: SensorConfig = SensorConfig()
     supervised: bool = False

@@ -62,7 +62,8 @@ class GainChange(Event):
         known = [key for key in Layout(controller.gains()).slices if not key.startswith("prepared.")]
         if self.key not in known:
             raise unknown_name(f"gain of controller {controller.name} in an event", self.key, known)
-        controller.check_gain(self.key, self.value, f"{self}, controller {controller.name}")
+        asks = f"{self}, controller {controller.name}"
+        controller.check_gain(self.key, self.value, asks, context.period)
 
     @property
     def changed(self) -> dict[str, Any]:

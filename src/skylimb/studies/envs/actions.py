@@ -102,12 +102,13 @@ class Numbers:
         flights.gains[place][self._columns] = self._middle + self._half * action
 
 
-def gains(controller: TraceableController, ranges: dict[str, tuple[float, float]]) -> Numbers:
+def gains(controller: TraceableController, ranges: dict[str, tuple[float, float]], dt: float) -> Numbers:
     """Acts on gains of a controller.
 
     Args:
         controller: that has them.
         ranges: dotted gain -> its value at -1 and at 1, of every entry where it has several.
+        dt: control period, s.
 
     Raises:
         ConfigError: for a gain that is none, may not have such values, or that a law prepares something of.
@@ -126,7 +127,7 @@ def gains(controller: TraceableController, ranges: dict[str, tuple[float, float]
         where = np.r_[layout.slices[key]]
         for value in (low, high):
             given = value if layout.shapes[key] == () else [value] * len(where)
-            controller.check_gain(key, given, f"gains of an environment, controller {controller.name}")
+            controller.check_gain(key, given, f"gains of an environment, controller {controller.name}", dt)
         columns += list(where)
         ends += [(low, high)] * len(where)
         names += [key] if len(where) == 1 else [f"{key}.{i}" for i in range(len(where))]
@@ -196,7 +197,7 @@ def actions_of(settings: EnvSettings, takeoff: Takeoff) -> Actions:
     if settings.actions == "commands":
         return commands(takeoff, settings.bend)
     controller: Any = takeoff.controller
-    return gains(controller, settings.gains)
+    return gains(controller, settings.gains, takeoff.period)
 
 
 def controller_of(settings: EnvSettings, robot: Robot, given: Controller) -> Controller:

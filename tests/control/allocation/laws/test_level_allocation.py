@@ -98,9 +98,11 @@ def test_what_the_angles_cannot_give_is_left_to_the_tilt(
     start = Start(robot, 1.09, model.hover_thrusts)
     narrow = gains_with(LevelMoves(cutoff=100.0, limit=0.05, margin=0.0))
     narrow = narrow.__class__(**{**narrow.__dict__, "tilt_cutoff": np.float64(20.0)})
-    state, _, signals, inputs = settled(seen, demand, start, narrow)
+    state, given, signals, inputs = settled(seen, demand, start, narrow)
     missing = flat(signals["allocation_residual_force"])[:2]
     assert np.linalg.norm(missing) > 0.5
+    # It is said in W, whatever the heading: with it the given force is the wanted one.
+    np.testing.assert_allclose(flat(given.wrench.force)[:2] + missing, demand.force[:2], atol=0.05)
     np.testing.assert_allclose(flat(state.short)[:2], missing, atol=1e-3)
     assert np.abs(flat(state.move)).max() <= 0.05 + 1e-12
     without = flat(level.aim(narrow, state._replace(short=np.zeros(3)), inputs, demand.force))

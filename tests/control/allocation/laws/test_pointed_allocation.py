@@ -61,6 +61,18 @@ def test_a_wrench_is_given_in_every_direction_without_the_others(dragon, axis):
     assert np.allclose(made, wanted, atol=0.15)
 
 
+@pytest.mark.parametrize("axis", range(6))
+def test_one_step_gives_a_small_wrench_up_to_its_square(dragon, axis):
+    """B is the derivative of the wrench by thrusts and by angles alike."""
+    q, plan, still = hovering(dragon)
+    hover, small = given(dragon, q, plan, still), 0.05 * np.eye(6)[axis]
+    made, found, _ = steps(dragon, hover + small, 1, damping=1e-9, rate=100.0)
+    assert np.abs(found.move).max() > 1e-4
+    # Of the hover itself, which is not all of its plan's wrench, the step gives the rest too.
+    same, _, _ = steps(dragon, hover, 1, damping=1e-9, rate=100.0)
+    np.testing.assert_allclose(made - same, small, atol=2e-3)
+
+
 def test_thrusts_alone_would_push_it_aside(dragon):
     """The reason for the law: newtons of side force for a newton metre."""
     q, plan, _ = hovering(dragon)
@@ -137,6 +149,6 @@ def test_a_robot_whose_rotors_do_not_turn_is_refused():
 
 def test_a_control_rate_below_that_of_the_plans_is_refused():
     pointed.require(pointed.Gains(), 1.0 / RATE)
-    with pytest.raises(ConfigError, match="10 Hz is too low"):
+    with pytest.raises(ConfigError, match=r"law 'pointed' plans .* 10 Hz is too low"):
         pointed.require(pointed.Gains(), 0.1)
     assert pointed.needs(pointed.Gains()) == planned.needs(planned.Gains())

@@ -249,6 +249,15 @@ def test_no_more_is_cancelled_than_friction_can_give_but_what_is_the_robot_s_own
     np.testing.assert_allclose(force[1:], [-0.7 * sign, 4.0 * sign], atol=1e-12)
 
 
+def test_what_a_harder_press_rubs_with_is_not_taken_for_the_robot_s_own(make_inputs: Make) -> None:
+    """Friction grows with the force: at 3 N up to three times the limit may be of the contact."""
+    gains = following.Gains(GAINS.stiffness, GAINS.damping_ratio, cancel_limit=0.7, cancel=(0.0, 0.0))
+    for up, own in ((2.0, 0.0), (3.1, 1.0)):
+        at = make_inputs(contact=ENGAGED, wanted=3.0, **{**CALM, "force": np.array([-3.0, 0.0, -up])})
+        _, force, _ = step(at, gains)
+        assert force[2] == pytest.approx(own, abs=1e-12)
+
+
 # ---- where the centre of gravity is led ----
 
 
@@ -297,6 +306,14 @@ def test_the_damper_counts_the_motion_against_surface_and_arm(make_inputs: Make)
     relative = 0.07 - (0.05 - 0.02)
     assert force[0] == pytest.approx(1.0 - MASS * GAINS.press_damping * relative)
     assert state.tank == pytest.approx(0.2 + MASS * GAINS.press_damping * relative**2 * DT)
+
+
+def test_where_the_surface_has_gone_nothing_is_pressed_and_the_damper_is_firmer(make_inputs: Make) -> None:
+    moving = {**CALM, "force": np.zeros(3), "velocity": np.array([0.07, 0.0, 0.0])}
+    at = make_inputs(contact=ENGAGED._replace(gone=1.0, normal_force=0.0), **moving)
+    state, force, _ = step(at)
+    assert force[0] == pytest.approx(-3.0 * MASS * GAINS.press_damping * 0.07)
+    assert state.integral == 0.0
 
 
 @pytest.mark.parametrize("ratio", [0.5, 1.0, 2.0])

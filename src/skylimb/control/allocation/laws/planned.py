@@ -69,9 +69,19 @@ def needs(gains: Gains) -> Needs:
 
 def require(gains: Gains, dt: float) -> None:
     """Raise a `ConfigError` for a control rate below that of the plans."""
+    require_rate("planned", dt)
+
+
+def require_rate(law: str, dt: float) -> None:
+    """Raise a `ConfigError` that names the law where it is asked less often than it plans.
+
+    Args:
+        law: that plans angles in flight.
+        dt: control period, s.
+    """
     if dt > 1.0 / RATE:
         raise ConfigError(
-            f"allocation law 'planned' plans {RATE:g} times a second; a control rate of {1.0 / dt:g} Hz is "
+            f"allocation law '{law}' plans {RATE:g} times a second; a control rate of {1.0 / dt:g} Hz is "
             "too low for it"
         )
 

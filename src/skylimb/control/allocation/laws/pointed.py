@@ -63,7 +63,7 @@ def needs(gains: Gains) -> Needs:
 
 def require(gains: Gains, dt: float) -> None:
     """Raise a `ConfigError` for a control rate below that of the plans."""
-    planned.require(planned.Gains(), dt)
+    planned.require_rate("pointed", dt)
 
 
 def initial_state(gains: Gains, start: Start) -> State:

@@ -111,7 +111,12 @@ class Gains:
     ] = 100.0
     body_share: Annotated[
         float,
-        Key("", "share of the surface's motion that the body takes, the arm the rest", low=0.0, high=1.0),
+        Key(
+            "",
+            "share of the surface's motion that the body takes; the arm's is shape.arm_share",
+            low=0.0,
+            high=1.0,
+        ),
     ] = 0.5
     ease_beyond: Annotated[
         tuple[float, float],

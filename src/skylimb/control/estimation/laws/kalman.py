@@ -33,6 +33,7 @@ from skylimb.control.estimation.calibration import Calibration, Correction, Lear
 from skylimb.control.estimation.estimate import PushState, estimate_of
 from skylimb.control.estimation.force_filter import ForceFilter
 from skylimb.control.estimation.gates import numbers
+from skylimb.control.estimation.inertial import MEMORY
 from skylimb.control.estimation.laws import momentum
 from skylimb.control.estimation.momentum_observer import known_wrench
 from skylimb.control.estimation.records import Estimate, Sensed, Signals, Start, Wrench
@@ -66,8 +67,8 @@ class State(NamedTuple):
 
 
 def needs(gains: Gains) -> Needs:
-    """An IMU, where it is used."""
-    return Needs(imu=gains.imu.on)
+    """An IMU, where it is used, and frames that are not older than its memory."""
+    return Needs(imu=gains.imu.on, memory=MEMORY)
 
 
 def initial_state(gains: Gains, start: Start) -> State:

@@ -20,7 +20,7 @@ from skylimb.control.estimation.body_state import (
 )
 from skylimb.control.estimation.estimate import PushState, estimate_of
 from skylimb.control.estimation.force_filter import ForceFilter
-from skylimb.control.estimation.inertial import Inertial
+from skylimb.control.estimation.inertial import MEMORY, Inertial
 from skylimb.control.estimation.momentum_observer import (
     ObserverGains,
     ObserverState,
@@ -55,8 +55,8 @@ class State(NamedTuple):
 
 
 def needs(gains: Gains) -> Needs:
-    """An IMU, where it says the motion."""
-    return Needs(imu=gains.smoothing.imu)
+    """An IMU, where it says the motion, and frames that are not older than its memory then."""
+    return Needs(imu=True, memory=MEMORY) if gains.smoothing.imu else Needs()
 
 
 def initial_state(gains: Gains, start: Start) -> State:

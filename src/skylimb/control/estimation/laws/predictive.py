@@ -53,7 +53,7 @@ def initial_state(gains: Gains, start: Start) -> State:
 
 def require(gains: Gains, dt: float) -> None:
     """Raise a `ConfigError` unless the history reaches back to the latency at a control period of `dt` s."""
-    require_history(gains.delay, dt)
+    require_history("estimation.delay.latency", gains.delay.latency, dt)
 
 
 def step(gains: Any, state: State, sensed: Sensed) -> tuple[State, Estimate, Signals]:

@@ -1,6 +1,6 @@
 """The arm makes up the surface's motion, and brings the centre of gravity back to its anchor.
 
-    r' = (1 - share) v_surface + k (x - x_anchor),      |r'| <= rate_limit,
+    r' = arm_share v_surface + k (x - x_anchor),      |r'| <= rate_limit,
 
 so that the force stays with the thrust: a force admittance on the arm at the thrust's bandwidth pumps a
 bounce. Out of contact the arm goes back to its nominal reach.

@@ -74,10 +74,12 @@ OPTIONAL = {
 }
 
 FREELY = 0.5
-"""Part of the swing that counts out of touch, and where a fast path waits for its pen."""
+"""Share of the pen's swing that counts out of touch, and where a fast path waits for its pen: with all of it
+the pen flutters."""
 
 BRAKE = 2.0
-"""How much harder the damper along the axis is where the surface has gone: more would tilt the robot."""
+"""By how many times itself the damper along the axis grows where the surface has gone: to three times, as
+more would tilt the robot."""
 
 
 @configuration
@@ -231,8 +233,8 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
     rubbing, known = made_up(gains, expected, shares, state.rubbing, inputs, (u, v))
     swing = cross(body.R_WC @ body.angular_velocity, hanging.swings)
     swing = low_pass(state.swing, swing, 2.0 * math.pi * gains.swing_cutoff, dt)
-    # With all of its swing the pen of a fast path that waits for it flutters. Nor does a hover with slow
-    # rotors bear all of it, nor a press whose surface has gone.
+    # Neither a path that waits for its pen, nor a hover with slow rotors, nor a press whose surface has gone
+    # bears all of the swing.
     own_speed = contact.speed if contact.own_speed is None else contact.own_speed
     rests, slow = (1.0 - clip(one / gains.swing_speed, 0.0, 1.0) for one in (contact.speed, own_speed))
     counted = max(slow * contact.engaged * (1.0 - gone(inputs)), FREELY * rests)
