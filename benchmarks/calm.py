@@ -2,22 +2,20 @@
 
     python benchmarks/calm.py [--draws 24] [--tables]
 
-The draws of benchmarks/following.py, once with the preset's gains and once with `STEADIER`; then what these
-do on other surfaces, beside docs/following.json. docs/calm.json keeps the scores of every flight, one line a
-setting, and a setting that it holds is not flown again. The tables between the markers of
-docs/reports/following_results.md and docs/images/following_calm.png are made anew.
+The draws of benchmarks/following.py. docs/calm.json keeps the scores of every flight, one line a setting, and
+a setting that it holds is not flown again. The table between the markers of docs/reports/following_results.md
+and docs/images/following_calm.png are made anew.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from following import CHUNK, EXPERIMENTS, draws, ensemble, kept_numbers  # beside this file
+from following import CHUNK, draws  # beside this file
 from kept import fill
 from matplotlib.figure import Figure
 
@@ -39,15 +37,6 @@ PAGE, NUMBERS, FIGURE = (
     DOCS / "images" / "following_calm.png",
 )
 SHARES = (0.0, 0.15, 0.3, 0.45, 0.6, 0.8, 1.0)
-STEADIER: dict[str, Any] = {"translation.press_damping": 5.0, "attitude.damping_ratio": [1.1, 0.8, 0.3]}
-KINDS = {"as it ships": {}, "steadier": STEADIER}
-SURFACES = {"paper": 200} | {name: 24 for _, name in EXPERIMENTS if name != "paper"}
-"""Draws of the steadier gains on each surface."""
-BESIDE = {
-    "force_slow_std": ("force std N", 1.0, 3),
-    "force_off": ("force off wanted %", 100.0, 1),
-    "pen_line_rms": ("pen to line rms mm", 1e3, 1),
-}
 SCORES = {
     "speed": ("body along the contact axis, rms mm/s", 1e3, 1),
     "way": ("its way, standard deviation mm", 1e3, 1),
@@ -76,10 +65,10 @@ def scores(run: Run) -> dict[str, Any]:
     }
 
 
-def flown(gains: dict[str, Any], count: int) -> list[dict[str, Any]]:
-    """The scores of every draw."""
+def flown(share: float, count: int) -> list[dict[str, Any]]:
+    """The scores of every draw, with the arm taking this share of the surface's motion."""
     robot = load_robot(load_experiment("paper").robot)
-    controller = load_controller("following", robot, gains)
+    controller = load_controller("following", robot, {"shape.arm_share": share})
     ready = [prepare(load_experiment("paper", drawn), robot, controller) for drawn in draws("paper", count)]
     found = []
     for begin in range(0, count, CHUNK):
@@ -99,58 +88,33 @@ def at(rows: list[dict[str, Any]], name: str, part: float) -> float:
 def table(numbers: dict[str, list[dict[str, Any]]]) -> str:
     """A line for every setting."""
     titles = [title for title, _, _ in SCORES.values()]
-    lines = ["| gains | `arm_share` | lost | " + " | ".join(titles) + " |", "|---" * (3 + len(titles)) + "|"]
-    for kind in KINDS:
-        for share in SHARES:
-            rows = numbers[f"{kind} {share:g}"]
-            cells = [
-                f"{scale * at(rows, name, 50.0):.{digits}f} / {scale * at(rows, name, 90.0):.{digits}f}"
-                for name, (_, scale, digits) in SCORES.items()
-            ]
-            lost = sum(bool(row["lost"]) for row in rows)
-            lines.append(f"| {kind} | {share:g} | {lost} of {len(rows)} | {' | '.join(cells)} |")
-    return "\n".join(lines)
-
-
-def beside(numbers: dict[str, list[dict[str, Any]]]) -> str:
-    """Both kinds of gains on every surface, the same draws of each."""
-    shipped = kept_numbers()
-    titles = [f"{title}: {kind}" for title, _, _ in BESIDE.values() for kind in KINDS]
-    lines = [
-        f"| median / worst decile | draws | lost | {' | '.join(titles)} |",
-        "|---" * (3 + len(titles)) + "|",
-    ]
-    for name, experiment in EXPERIMENTS:
-        rows, plain = numbers[f"surface {experiment}"], shipped[f"{name}: `following`"]
-        both = list(zip(plain, rows, strict=False))  # draws that both have flown
-        cells = []
-        for key, (_, scale, digits) in BESIDE.items():
-            for some in zip(*both, strict=True):
-                known = [scale * one[key] for one in some if one.get(key) is not None]
-                middle, worst = np.percentile(known, 50.0), np.percentile(known, 90.0)
-                cells.append(f"{middle:.{digits}f} / {worst:.{digits}f}")
-        lost = sum(one["status"] != "OK" for one in rows[: len(both)])
-        lines.append(f"| {name} | {len(both)} | {lost} | {' | '.join(cells)} |")
+    lines = ["| `arm_share` | lost | " + " | ".join(titles) + " |", "|---" * (2 + len(titles)) + "|"]
+    for share in SHARES:
+        rows = numbers[f"{share:g}"]
+        cells = [
+            f"{scale * at(rows, name, 50.0):.{digits}f} / {scale * at(rows, name, 90.0):.{digits}f}"
+            for name, (_, scale, digits) in SCORES.items()
+        ]
+        lost = sum(bool(row["lost"]) for row in rows)
+        lines.append(f"| {share:g} | {lost} of {len(rows)} | {' | '.join(cells)} |")
     return "\n".join(lines)
 
 
 @styled
 def draw(numbers: dict[str, list[dict[str, Any]]]) -> None:
-    """Force over motion, median and worst decile of both kinds of gains."""
+    """Force over motion, median and worst decile."""
     figure = Figure(figsize=(7.16, 2.9), layout="constrained")
     axes = figure.subplots(1, 2, sharex=True)
+    rows = [numbers[f"{share:g}"] for share in SHARES]
+    x = [1e3 * at(row, "speed", 50.0) for row in rows]
     for ax, part, title in zip(axes, (50.0, 90.0), ("median", "worst decile"), strict=True):
-        for kind, marker in zip(KINDS, "os", strict=True):
-            rows = [numbers[f"{kind} {share:g}"] for share in SHARES]
-            x = [1e3 * at(row, "speed", 50.0) for row in rows]
-            y = [at(row, "force_std", part) for row in rows]
-            ax.plot(x, y, marker + "-", ms=4, label=kind)
-            for share, where in zip(SHARES, zip(x, y, strict=True), strict=True):
-                if share in (0.0, 1.0):
-                    ax.annotate(f"{share:g}", where, textcoords="offset points", xytext=(4, 4))
+        y = [at(row, "force_std", part) for row in rows]
+        ax.plot(x, y, "o-", ms=4)
+        for share, where in zip(SHARES, zip(x, y, strict=True), strict=True):
+            if share in (0.0, 1.0):
+                ax.annotate(f"{share:g}", where, textcoords="offset points", xytext=(4, 4))
         ax.set(xlabel="body along the contact axis, rms (mm/s)", ylabel="force std (N)", title=title)
         ax.set_ylim(0.0, 1.12 * ax.get_ylim()[1])
-    axes[0].legend()
     figure.savefig(FIGURE, dpi=110, metadata={"Software": None})
 
 
@@ -161,24 +125,13 @@ def main() -> None:
     parser.add_argument("--tables", action="store_true", help="fly nothing: what docs/calm.json holds")
     options = parser.parse_args()
     numbers = json.loads(NUMBERS.read_text(encoding="utf-8")) if NUMBERS.exists() else {}
-    wanted: dict[str, Any] = {
-        f"{kind} {share:g}": partial(flown, {**gains, "shape.arm_share": share}, options.draws)
-        for share in SHARES
-        for kind, gains in KINDS.items()
-    }
-    wanted |= {
-        f"surface {name}": partial(ensemble, name, count, "following", STEADIER)
-        for name, count in SURFACES.items()
-    }
-    for name, fly in wanted.items():
-        if name in numbers or options.tables:
-            continue
-        numbers[name] = [short(row, BESIDE if name.startswith("surface") else SCORES) for row in fly()]
-        keep(numbers)
-        print(name, flush=True)
+    for share in () if options.tables else SHARES:
+        if (name := f"{share:g}") not in numbers:
+            numbers[name] = [short(row) for row in flown(share, options.draws)]
+            keep(numbers)
+            print(name, flush=True)
     draw(numbers)
     fill(PAGE, "calm", table(numbers))
-    fill(PAGE, "steadier", beside(numbers))
 
 
 def keep(numbers: dict[str, list[dict[str, Any]]]) -> None:
@@ -187,12 +140,12 @@ def keep(numbers: dict[str, list[dict[str, Any]]]) -> None:
     NUMBERS.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
 
 
-def short(row: dict[str, Any], names: dict[str, Any]) -> dict[str, Any]:
+def short(row: dict[str, Any]) -> dict[str, Any]:
     """The scores that are kept, with four digits a number."""
     return {
         key: float(f"{value:.4g}") if isinstance(value, float) else value
         for key, value in row.items()
-        if key in ("lost", "status", *names)
+        if key in ("lost", *SCORES)
     }
 
 
