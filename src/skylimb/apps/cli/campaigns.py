@@ -50,7 +50,7 @@ def campaign(
             slurm=slurm, progress=report,
         )  # fmt: skip
     if outcome.damaged:
-        print("note: flights.parquet was damaged; its flights were flown again")
+        print("note: some of what was kept was damaged; those flights were flown again")
     if outcome.complete:
         return _summary(outcome)
     total = outcome.campaign.flight(outcome.campaign.spec.draws, 0)
@@ -71,7 +71,7 @@ def campaign_report(folder: Annotated[str, arg("A campaign's folder.", "DIR")]) 
     with output.working("working out the report"):
         outcome = report_campaign(folder)
     if outcome.damaged:
-        print("note: flights.parquet is damaged and left out; `skylimb campaign --resume` flies it again")
+        print("note: damaged flights are left out; `skylimb campaign --resume` flies them again")
     return _summary(outcome)
 
 
