@@ -14,7 +14,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from skylimb.analysis.recording.versions import versions
+from skylimb.analysis.recording.versions import computing_versions
 from skylimb.analysis.scores.user_scores import metric_file
 from skylimb.base.config import flatten, value_of
 from skylimb.base.errors import ConfigError
@@ -60,7 +60,8 @@ class Campaign:
         experiment: tables of the experiment, with the spec's `set` in them.
         controllers: by name, the file it came from and its preset's tables, or the digest of the user's code.
         robots: name of each robot that a draw may fly -> digest of its files.
-        versions: of everything that computes. The driver is not among them: all drivers give the same bits.
+        versions: of everything that computes, this package's code among it. The driver is not: all give the
+            same bits.
         purpose: "campaign", or "search" where the flights are those of `skylimb tune`.
         use: files with metrics of the user's -> digest.
         files: keys of the experiment that name a file (a drawing, a height map, a mesh) -> digest of what the
@@ -160,7 +161,7 @@ def freeze(spec: CampaignSpec, purpose: str = "campaign") -> Campaign:
         raise ConfigError(f"controllers = {list(spec.controllers)!r}: two of them have the same name")
     digests = {name: robot.description.digest for name, robot in robots.items()}
     use = {file: code_digest(metric_file(file)) for file in spec.use}
-    campaign = Campaign(spec, tables, controllers, digests, versions(), purpose, use)
+    campaign = Campaign(spec, tables, controllers, digests, computing_versions(), purpose, use)
     campaign = dataclasses.replace(campaign, files=file_digests(_possible(campaign)))
     for index in range(min(spec.draws, CHECKED_DRAWS)):
         campaign.experiment_of(campaign.draw(index))

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from skylimb.analysis.recording.run import Run
-from skylimb.analysis.recording.versions import versions
+from skylimb.analysis.recording.versions import computing_versions
 from skylimb.analysis.scores.registry import measured
 from skylimb.analysis.scores.user_scores import scored
 from skylimb.base.errors import CompileError, ConfigError, SkylimbError
@@ -100,7 +100,7 @@ class Worker:
     """A campaign's robot and controllers, loaded once."""
 
     def __init__(self, campaign: Campaign) -> None:
-        present = versions()
+        present = computing_versions()
         for name, version in campaign.versions.items():
             if present.get(name) != version:
                 raise ConfigError(
