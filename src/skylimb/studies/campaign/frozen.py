@@ -162,7 +162,7 @@ def freeze(spec: CampaignSpec, purpose: str = "campaign") -> Campaign:
     digests = {name: robot.description.digest for name, robot in robots.items()}
     use = {file: code_digest(metric_file(file)) for file in spec.use}
     campaign = Campaign(spec, tables, controllers, digests, computing_versions(), purpose, use)
-    campaign = dataclasses.replace(campaign, files=file_digests(_possible(campaign)))
+    campaign = dataclasses.replace(campaign, files=file_digests(possible(campaign)))
     for index in range(min(spec.draws, CHECKED_DRAWS)):
         campaign.experiment_of(campaign.draw(index))
     _require_controllers(campaign, robots.values())
@@ -184,7 +184,7 @@ def _tables(spec: CampaignSpec) -> dict[str, Any]:
     return changed(tables, spec.set)
 
 
-def _possible(campaign: Campaign) -> list[Experiment]:
+def possible(campaign: Campaign) -> list[Experiment]:
     """The experiment with each key at each end of its range, one by one, so that a message names the key."""
     ends = [
         ({key: value}, f"vary.'{key}'")
@@ -255,16 +255,21 @@ def _controller(name: str, spec: CampaignSpec) -> dict[str, Any]:
         return {"path": path.as_posix(), "code": code_digest(path)}
     if calibration:
         mapping = with_corrections(mapping, path, read_corrections(calibration))
-    laws = {
-        slot: one_digest([code_digest(file) for file in files])
-        for slot in SLOTS
-        if (files := _law_files(slot, mapping.get(slot), path, spec))
-    }
+    laws = law_digests(mapping, path, spec)
     entry: dict[str, Any] = {
         "path": f"{name}.toml" if name in preset_names() else path.as_posix(),
         "preset": mapping,
     }
     return {**entry, "code": laws} if laws else entry
+
+
+def law_digests(preset: Mapping[str, Any], path: Path, spec: CampaignSpec) -> dict[str, str]:
+    """Digest of the user's laws in each slot that has any."""
+    return {
+        slot: one_digest([code_digest(file) for file in files])
+        for slot in SLOTS
+        if (files := _law_files(slot, preset.get(slot), path, spec))
+    }
 
 
 def _law_files(slot: str, table: Any, preset: Path, spec: CampaignSpec) -> list[Path]:
