@@ -14,6 +14,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from skylimb.apps.cli import main
 from skylimb.base.errors import OutputError
 from skylimb.studies.campaign import report_campaign, run_campaign
 from skylimb.studies.campaign.folder import STORE_FILE, TABLE_FILE, load_campaign
@@ -188,6 +189,16 @@ def test_the_report_can_be_written_while_it_flies(campaign: Campaign, tmp_path: 
     assert seen == sorted(seen)
     assert seen[-1] == 100
     assert "100 flights" in (tmp_path / "out" / "report.html").read_text()
+
+
+def test_numbers_of_half_a_campaign_say_how_many_draws_they_are_of(
+    campaign: Campaign, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with open_store(tmp_path / "out", campaign, resume=False) as store:
+        store.add([flown(campaign, flight) for flight in range(25)])
+    assert main(["campaign", "report", str(tmp_path / "out")]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "medians over 12 draws (not through yet: 25 of 100 flights)" in told
 
 
 def test_a_folder_has_one_coordinator_at_a_time(campaign: Campaign, tmp_path: Path) -> None:

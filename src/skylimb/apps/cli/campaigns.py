@@ -127,7 +127,7 @@ def _summary(outcome: Outcome) -> int:
 def _show_medians(outcome: Outcome) -> None:
     """Success rates and medians of the controllers, each with its rank among them."""
     from skylimb.analysis.scores.score import grouped
-    from skylimb.studies.campaign.report import medians_of, rates_of
+    from skylimb.studies.campaign.report import medians_of, missing_flights, rates_of
 
     summary, spec = outcome.summary, outcome.campaign.spec
     assert summary is not None
@@ -138,10 +138,13 @@ def _show_medians(outcome: Outcome) -> None:
     def ranked(text: str, rank: int) -> str:
         return f"{text} ({rank})" if rank else text
 
+    draws = len(summary.scores.draws)
+    missing = missing_flights(outcome.campaign, len(outcome.rows))
     shares = [f"{one.value} ({one.interval})" if one.interval else one.value for one in rates]
 
     output.score_table(
-        f"{spec.experiment}: medians over all draws, {summary.axes}{brackets}",
+        f"{spec.experiment}: medians over {draws} draw{'s' * (draws != 1)}{missing and f' ({missing})'}, "
+        f"{summary.axes}{brackets}",
         list(summary.rates),
         (spec.called, "", *(ranked(share, one.rank) for share, one in zip(shares, rates, strict=True))),
         grouped(declared[key] for key in summary.medians),
