@@ -11,7 +11,7 @@ import rosbags.rosbag1
 from mcap.reader import make_reader
 
 from skylimb.analysis.exchange.containers import container_of
-from skylimb.analysis.exchange.convert import salvage
+from skylimb.analysis.exchange.convert import read_log, salvage
 from skylimb.analysis.exchange.mcap_file import McapStream
 from skylimb.analysis.exchange.stream import Raw
 from skylimb.base.errors import ConfigError, OutputError
@@ -155,6 +155,11 @@ def test_where_nothing_can_be_read_nothing_is_written(path: Path, tmp_path: Path
     ):
         salvage(path, target)
     assert not target.exists()
+    with (
+        pytest.warns(UserWarning, match="no message is read"),
+        pytest.raises(OutputError, match=rf"no message of '{path}' can be read; it is empty, or cut off"),
+    ):
+        read_log(path)  # not: a log without a flight
 
 
 def test_salvage_names_the_endings_that_it_takes(tmp_path: Path) -> None:

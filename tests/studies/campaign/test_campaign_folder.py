@@ -12,6 +12,7 @@ import pytest
 
 import skylimb
 from skylimb.analysis.recording import Run
+from skylimb.analysis.recording.versions import code_digest
 from skylimb.analysis.scores.registry import NUMERIC_KEYS
 from skylimb.apps.cli import main
 from skylimb.base.errors import CompileError, ConfigError, OutputError
@@ -170,6 +171,11 @@ def test_another_version_is_refused_with_the_difference(flown: tuple[Path, Path]
     path.write_text(path.read_text().replace('mujoco = "4', 'mujoco = "3'))
     before = contents(folder)
     with pytest.raises(OutputError, match=r"frozen\.versions\.mujoco: '3.*' -> '4"):
+        run_campaign(spec, folder, workers=0, resume=True)
+    path.write_text(path.read_text().replace('mujoco = "3', 'mujoco = "4'))
+    code = code_digest()
+    path.write_text(path.read_text().replace(code, "0123456789ab"))
+    with pytest.raises(OutputError, match=rf"frozen\.versions\.skylimb_code: '0123456789ab' -> '{code}'"):
         run_campaign(spec, folder, workers=0, resume=True)
     path.write_text(path.read_text().replace("format = 4", "format = 3"))  # as an earlier skylimb wrote it
     for use in (lambda: run_campaign(spec, folder, workers=0, resume=True), lambda: report_campaign(folder)):

@@ -1,5 +1,6 @@
 """A user's own controller, gains and metric in a campaign and in a search."""
 
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -10,11 +11,14 @@ from skylimb.base.config import write_toml
 from skylimb.base.errors import ConfigError
 from skylimb.control.controller import load_controller, resolved_tables
 from skylimb.control.laws.preset import preset_mapping
+from skylimb.robots import loader
 from skylimb.robots.loader import load_robot
 from skylimb.studies.campaign import run_campaign, tune
 from skylimb.studies.campaign.distributions import Distribution
 from skylimb.studies.campaign.frozen import freeze
+from skylimb.studies.campaign.reading import load_spec
 from skylimb.studies.campaign.spec import CampaignSpec
+from skylimb.studies.campaign.worker import Job, Worker
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 METRIC = """
@@ -77,6 +81,38 @@ def step(gains, state, inputs):
     force = 40.0 if inputs.estimate.body.position[2] > 1.0 else 41.0
     return state, force, {}
 """
+
+
+@pytest.mark.parametrize("edited", ["mine.py", "own.py", "law.py", "wall.csv", "mine/flight.toml"])
+def test_a_file_that_is_edited_while_it_flies_ends_the_campaign(
+    edited: str, write_spec: Callable[..., Path], tmp_path: Path
+) -> None:
+    """Rows of two codes never stand in one table, though workers read files as they need them."""
+    (tmp_path / "mine.py").write_text(METRIC, encoding="utf-8")
+    for file, name in (("user_controller.py", "own.py"), ("laws/extended_state.py", "law.py")):
+        (tmp_path / name).write_bytes((EXAMPLES / file).read_bytes())
+    preset = {**preset_mapping("pid")[0], "estimation": {"law": "law.py"}}
+    (tmp_path / "with_law.toml").write_text(write_toml(preset), encoding="utf-8")
+    (tmp_path / "wall.csv").write_text("0, 0, 0, 0\n0, 1, 1, 0\n0, 1, 1, 0\n0, 0, 0, 0\n", encoding="utf-8")
+    (tmp_path / "board.toml").write_text(
+        'robot = "mine"\n[surface]\nkind = "heightmap"\nfile = "wall.csv"\nrelief = 0.02\n'
+    )
+    shutil.copytree(Path(loader.__file__).with_name("hydrus_xi_quad"), tmp_path / "mine")
+    file = write_spec(controllers='["own.py", "with_law.toml"]', head='use = ["mine.py"]')
+    file.write_text(file.read_text().replace('experiment = "paper"', 'experiment = "board.toml"'))
+    campaign = freeze(load_spec(file))
+    worker = Worker(campaign)
+    assert [flown.row["status"] for flown in worker.fly([Job(0), Job(1)])] == ["OK", "OK"]
+    path = tmp_path / edited
+    before = path.read_text(encoding="utf-8")
+    after = {".csv": before.replace("1, 1", "1, 2"), ".toml": before + "# another\n"}
+    path.write_text(after.get(path.suffix, before + "MORE = 1\n"), encoding="utf-8")
+    with pytest.raises(ConfigError, match="is another than when the campaign was begun"):
+        worker.fly([Job(2), Job(3)])
+    with pytest.raises(ConfigError, match="is another than when the campaign was begun"):
+        Worker(campaign).fly([Job(2), Job(3)])
+    path.write_text(before, encoding="utf-8")
+    assert len(worker.fly([Job(2), Job(3)])) == 2
 
 
 def test_a_law_that_returns_too_little_is_refused_before_a_folder_is_begun(

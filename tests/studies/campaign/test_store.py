@@ -14,6 +14,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from skylimb.apps.cli import main
 from skylimb.base.errors import OutputError
 from skylimb.studies.campaign import report_campaign, run_campaign
 from skylimb.studies.campaign.folder import STORE_FILE, TABLE_FILE, load_campaign
@@ -190,6 +191,16 @@ def test_the_report_can_be_written_while_it_flies(campaign: Campaign, tmp_path: 
     assert "100 flights" in (tmp_path / "out" / "report.html").read_text()
 
 
+def test_numbers_of_half_a_campaign_say_how_many_draws_they_are_of(
+    campaign: Campaign, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with open_store(tmp_path / "out", campaign, resume=False) as store:
+        store.add([flown(campaign, flight) for flight in range(25)])
+    assert main(["campaign", "report", str(tmp_path / "out")]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "medians over 12 draws (not through yet: 25 of 100 flights)" in told
+
+
 def test_a_folder_has_one_coordinator_at_a_time(campaign: Campaign, tmp_path: Path) -> None:
     folder = tmp_path / "out"
     with open_store(folder, campaign, resume=False) as store:
@@ -234,6 +245,31 @@ def test_a_damaged_store_is_refused_by_name_and_can_be_moved_away(campaign: Camp
         assert store.rows == {}
 
 
+def test_no_flipped_bit_of_the_store_is_taken_for_a_number(campaign: Campaign, tmp_path: Path) -> None:
+    """A damaged row flies again, and all others are kept; a file that cannot be read is refused."""
+    folder, rng, partly = tmp_path / "out", random.Random(1), 0
+    with open_store(folder, campaign, resume=False) as store:
+        store.add([flown(campaign, flight) for flight in range(50)])
+        sound = store.by_flight
+    file = (folder / STORE_FILE).read_bytes()
+    for _ in range(150):
+        changed = bytearray(file)
+        changed[rng.randrange(len(changed))] ^= 1 << rng.randrange(8)
+        (folder / STORE_FILE).write_bytes(changed)
+        try:
+            with open_store(folder, campaign, resume=True) as store:
+                kept = store.by_flight
+        except OutputError:
+            continue
+        assert kept.items() <= sound.items()
+        if len(kept) == 49 and store.damaged:
+            partly += 1
+            with open_store(folder, campaign, resume=True) as store:
+                store.add([flown(campaign, flight) for flight in sound.keys() - kept.keys()])
+            assert load_rows(folder, campaign) == (sound, False)
+    assert partly > 30
+
+
 def test_a_store_that_was_never_written_is_empty(campaign: Campaign, tmp_path: Path) -> None:
     with open_store(tmp_path / "out", campaign, resume=False):
         pass
@@ -248,7 +284,9 @@ def test_a_damaged_table_is_flown_again(write_spec: SpecWriter, tmp_path: Path, 
     run_campaign(spec, folder, workers=0)
     before = contents(folder)
     (folder / TABLE_FILE).write_bytes(before[TABLE_FILE][:-100])
-    with pytest.raises(OutputError, match=r"flights\.parquet' is damaged .* --resume` flies them again"):
+    with pytest.raises(
+        OutputError, match=r"flights\.parquet' is damaged or of .* --resume` flies them again"
+    ):
         report_campaign(folder)
     assert run_campaign(spec, folder, workers=0, resume=True).damaged
     assert contents(folder) == before

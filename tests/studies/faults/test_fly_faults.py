@@ -112,6 +112,26 @@ def test_a_folder_goes_on_where_it_was_left(flown: Outcome) -> None:
     assert again.rows == flown.rows
 
 
+def test_a_fault_that_is_flown_alone_leaves_the_others_in_the_table(tmp_path: Path) -> None:
+    folder, (fell, moved) = tmp_path / "out", SMALL.faults
+    alone = fly_faults(folder, 1, catalogue=SMALL, only=[moved.name], workers=0)
+    both = fly_faults(folder, 2, catalogue=SMALL, only=[fell.name], workers=0, resume=True)
+    assert both.flown == both.total == 4
+    assert [row.fault for row in both.rows] == [fell.name] * 2 + [moved.name] * 2
+    assert both.rows[2:] == alone.rows
+    assert [row["fault"] for row in json.loads((folder / "faults.json").read_text())] == [
+        row.fault for row in both.rows
+    ]
+    # Held to today's bounds, also where it was not flown today.
+    harder = replace(SMALL, faults=(fell, replace(moved, bounds={"sideways": (1e-6, 1e-6)})))
+    rows = fly_faults(folder, 2, catalogue=harder, only=[fell.name], workers=0, resume=True).rows
+    assert [row.within for row in rows] == [0] * 4
+    # What was flown as another fault than it is now says nothing of it.
+    other = replace(SMALL, faults=(fell, replace(moved, set={"events": [{**PUSH, "duration": 0.2}]})))
+    rows = fly_faults(folder, 2, catalogue=other, only=[fell.name], workers=0, resume=True).rows
+    assert {row.fault for row in rows} == {fell.name}
+
+
 def test_the_verb_shows_the_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "mine.toml"
     lines = [f'"{key}" = {json.dumps(value)}' for key, value in HOLD.items()]

@@ -40,7 +40,7 @@ def read_log(path: str | Path, robot: str = "", link: str = "") -> Read:
         return Read(Run.load(path), ())
     with container_of(path).read(path) as messages:
         return run_from(
-            decoded(messages),
+            decoded(_some(messages, path)),
             lambda: load_robot(robot or ROBOT),
             path.stem,
             lambda model: lab_link(model, link),
@@ -125,17 +125,24 @@ def salvage(source: str | Path, target: str | Path) -> int:
 
     def counted(messages: Iterable[Raw]) -> Iterator[Raw]:
         nonlocal count
-        for message in messages:
+        for message in _some(messages, source):  # within the writing: no file is left then
             count += 1
             yield message
-        if not count:  # within the writing: no file is left then
-            raise OutputError(f"no message of '{source}' can be read")
 
     # ROS calls a bag that is being recorded NAME.bag.active.
     container = container_of(str(source).removesuffix(".active"))
     with container.read(Path(source), salvaged=True) as messages:
         container_of(target).write(require_new(target), counted(messages))
     return count
+
+
+def _some(messages: Iterable[Raw], source: str | Path) -> Iterator[Raw]:
+    """The messages of a file; an error where there is none."""
+    message = None
+    for message in messages:
+        yield message
+    if message is None:
+        raise OutputError(f"no message of '{source}' can be read; it is empty, or cut off before the first")
 
 
 def _not_held(run: Run, link: str) -> tuple[str, ...]:

@@ -47,6 +47,11 @@ def _c_library() -> str:
     return " ".join(platform.libc_ver()).strip() or "none"
 
 
+def computing_versions() -> dict[str, str]:
+    """`versions` and this package's code: what decides the bits of a flight on any machine."""
+    return {**versions(), "skylimb_code": code_digest()}
+
+
 def origin_versions() -> dict[str, str]:
-    """Everything that decides the bits of a run: `versions`, this package's code, and the C library."""
-    return {**versions(), "skylimb_code": code_digest(), "c_library": _c_library()}
+    """Everything that decides the bits of a run: `computing_versions`, and the C library."""
+    return {**computing_versions(), "c_library": _c_library()}

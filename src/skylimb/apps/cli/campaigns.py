@@ -50,7 +50,7 @@ def campaign(
             slurm=slurm, progress=report,
         )  # fmt: skip
     if outcome.damaged:
-        print("note: flights.parquet was damaged; its flights were flown again")
+        print("note: some of what was kept was damaged; those flights were flown again")
     if outcome.complete:
         return _summary(outcome)
     total = outcome.campaign.flight(outcome.campaign.spec.draws, 0)
@@ -71,7 +71,7 @@ def campaign_report(folder: Annotated[str, arg("A campaign's folder.", "DIR")]) 
     with output.working("working out the report"):
         outcome = report_campaign(folder)
     if outcome.damaged:
-        print("note: flights.parquet is damaged and left out; `skylimb campaign --resume` flies it again")
+        print("note: damaged flights are left out; `skylimb campaign --resume` flies them again")
     return _summary(outcome)
 
 
@@ -127,7 +127,7 @@ def _summary(outcome: Outcome) -> int:
 def _show_medians(outcome: Outcome) -> None:
     """Success rates and medians of the controllers, each with its rank among them."""
     from skylimb.analysis.scores.score import grouped
-    from skylimb.studies.campaign.report import medians_of, rates_of
+    from skylimb.studies.campaign.report import medians_of, missing_flights, rates_of
 
     summary, spec = outcome.summary, outcome.campaign.spec
     assert summary is not None
@@ -138,10 +138,13 @@ def _show_medians(outcome: Outcome) -> None:
     def ranked(text: str, rank: int) -> str:
         return f"{text} ({rank})" if rank else text
 
+    draws = len(summary.scores.draws)
+    missing = missing_flights(outcome.campaign, len(outcome.rows))
     shares = [f"{one.value} ({one.interval})" if one.interval else one.value for one in rates]
 
     output.score_table(
-        f"{spec.experiment}: medians over all draws, {summary.axes}{brackets}",
+        f"{spec.experiment}: medians over {draws} draw{'s' * (draws != 1)}{missing and f' ({missing})'}, "
+        f"{summary.axes}{brackets}",
         list(summary.rates),
         (spec.called, "", *(ranked(share, one.rank) for share, one in zip(shares, rates, strict=True))),
         grouped(declared[key] for key in summary.medians),

@@ -66,7 +66,8 @@ def faults(
 
     Each fault is a campaign: rotors that fail, joints, motion capture, pushes, a board that is gone, commands
     that come too late. Leaves faults.json, faults.md, and the campaigns' folders, each with a report in which
-    the worst flight can be watched. Ctrl-C finishes what flies and keeps it; --resume goes on.
+    the worst flight can be watched. Ctrl-C finishes what flies and keeps it; --resume goes on. With --only as
+    well, what the folder holds of other faults stays in the table.
 
     Examples:
         skylimb faults --draws 20 --out out/faults

@@ -24,6 +24,7 @@ How a campaign runs, from top to bottom:
         |   ^
         v   |
     worker.fly_jobs                           in the worker: one job -> one row
+        | unchanged                           by the files that the campaign was begun with
     ...
     store                                     flights.sqlite while it flies, flights.parquet at the end
         | statistics, stopping                enough? else the next jobs

@@ -13,12 +13,17 @@ from skylimb.flight.experiments.experiment import Experiment
 
 def file_digests(experiments: Sequence[Experiment]) -> dict[str, str]:
     """Digest of what lies under each key that names a file; a robot has its own."""
+    return {key: one_digest(sorted(digests)) for key, digests in files_read(experiments).items()}
+
+
+def files_read(experiments: Sequence[Experiment]) -> dict[str, set[str]]:
+    """The digests of all files that experiments read under each of these keys."""
     read: dict[str, set[str]] = {}
     for experiment in experiments:
         for key, owner in files_of(experiment):
             if key != "robot":
                 read.setdefault(key, set()).update(source.digest for source in owner.sources)
-    return {key: one_digest(sorted(digests)) for key, digests in read.items()}
+    return read
 
 
 def code_digest(path: Path) -> str:

@@ -22,6 +22,8 @@ from skylimb.studies.campaign.flight_queue import (
 from skylimb.studies.campaign.folder import (
     LOGS,
     REPORT_FILE,
+    SPEC_FILE,
+    STORE_FILE,
     SUMMARY_FILE,
     TABLE_FILE,
     begin_folder,
@@ -52,7 +54,7 @@ class Outcome:
         campaign: what was flown.
         rows: by flight.
         summary: None when it was stopped before its end.
-        damaged: whether an earlier table could not be read, and its flights were flown again.
+        damaged: whether something that had flown could not be read, and was flown again or left out.
     """
 
     folder: Path
@@ -149,9 +151,10 @@ def report_campaign(folder: str | Path) -> Outcome:
     campaign = load_campaign(folder)
     rows, damaged = load_rows(folder, campaign)
     if not rows:
+        file = STORE_FILE if (folder / STORE_FILE).is_file() else TABLE_FILE
         raise OutputError(
-            f"'{folder / TABLE_FILE}' is damaged and holds no flight that can be read; `skylimb campaign "
-            "--resume` flies them again"
+            f"'{folder / file}' is damaged or of another campaign than {SPEC_FILE}, and holds no flight that "
+            "can be trusted; `skylimb campaign --resume` flies them again"
             if damaged
             else f"campaign folder '{folder}' holds no flight yet"
         )

@@ -14,7 +14,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from skylimb.analysis.recording.versions import versions
+from skylimb.analysis.recording.versions import computing_versions
 from skylimb.analysis.scores.user_scores import metric_file
 from skylimb.base.config import flatten, value_of
 from skylimb.base.errors import ConfigError
@@ -60,7 +60,8 @@ class Campaign:
         experiment: tables of the experiment, with the spec's `set` in them.
         controllers: by name, the file it came from and its preset's tables, or the digest of the user's code.
         robots: name of each robot that a draw may fly -> digest of its files.
-        versions: of everything that computes. The driver is not among them: all drivers give the same bits.
+        versions: of everything that computes, this package's code among it. The driver is not: all give the
+            same bits.
         purpose: "campaign", or "search" where the flights are those of `skylimb tune`.
         use: files with metrics of the user's -> digest.
         files: keys of the experiment that name a file (a drawing, a height map, a mesh) -> digest of what the
@@ -160,8 +161,8 @@ def freeze(spec: CampaignSpec, purpose: str = "campaign") -> Campaign:
         raise ConfigError(f"controllers = {list(spec.controllers)!r}: two of them have the same name")
     digests = {name: robot.description.digest for name, robot in robots.items()}
     use = {file: code_digest(metric_file(file)) for file in spec.use}
-    campaign = Campaign(spec, tables, controllers, digests, versions(), purpose, use)
-    campaign = dataclasses.replace(campaign, files=file_digests(_possible(campaign)))
+    campaign = Campaign(spec, tables, controllers, digests, computing_versions(), purpose, use)
+    campaign = dataclasses.replace(campaign, files=file_digests(possible(campaign)))
     for index in range(min(spec.draws, CHECKED_DRAWS)):
         campaign.experiment_of(campaign.draw(index))
     _require_controllers(campaign, robots.values())
@@ -183,7 +184,7 @@ def _tables(spec: CampaignSpec) -> dict[str, Any]:
     return changed(tables, spec.set)
 
 
-def _possible(campaign: Campaign) -> list[Experiment]:
+def possible(campaign: Campaign) -> list[Experiment]:
     """The experiment with each key at each end of its range, one by one, so that a message names the key."""
     ends = [
         ({key: value}, f"vary.'{key}'")
@@ -254,16 +255,21 @@ def _controller(name: str, spec: CampaignSpec) -> dict[str, Any]:
         return {"path": path.as_posix(), "code": code_digest(path)}
     if calibration:
         mapping = with_corrections(mapping, path, read_corrections(calibration))
-    laws = {
-        slot: one_digest([code_digest(file) for file in files])
-        for slot in SLOTS
-        if (files := _law_files(slot, mapping.get(slot), path, spec))
-    }
+    laws = law_digests(mapping, path, spec)
     entry: dict[str, Any] = {
         "path": f"{name}.toml" if name in preset_names() else path.as_posix(),
         "preset": mapping,
     }
     return {**entry, "code": laws} if laws else entry
+
+
+def law_digests(preset: Mapping[str, Any], path: Path, spec: CampaignSpec) -> dict[str, str]:
+    """Digest of the user's laws in each slot that has any."""
+    return {
+        slot: one_digest([code_digest(file) for file in files])
+        for slot in SLOTS
+        if (files := _law_files(slot, preset.get(slot), path, spec))
+    }
 
 
 def _law_files(slot: str, table: Any, preset: Path, spec: CampaignSpec) -> list[Path]:

@@ -67,8 +67,7 @@ def render_report(
         description=str(campaign.experiment.get("description", "")).rstrip("."),
         flights=len(rows),
         draws=len(scores.draws),
-        expected=campaign.flight(campaign.spec.draws, 0),
-        stopped_early=campaign.spec.stop is not None,
+        missing=missing_flights(campaign, len(rows)),
         lost=len(summary.lost),
         quarantined=[row for row in summary.lost if row["status"] == QUARANTINED],
         refused=list(scores.refused.items())[:_MOST_LISTED],
@@ -155,6 +154,16 @@ def command(campaign: Campaign, row: Row) -> str:
     if changes:
         words += ["--set", *(f"{key}={toml_value(value)}" for key, value in changes.items())]
     return shlex.join(words)
+
+
+def missing_flights(campaign: Campaign, flights: int) -> str:
+    """What has not flown, in words; empty where all has."""
+    expected = campaign.flight(campaign.spec.draws, 0)
+    if flights >= expected:
+        return ""
+    if campaign.spec.stop is not None:
+        return f"stopped by its rule, or not through yet: {expected} flights at most"
+    return f"not through yet: {flights} of {expected} flights"
 
 
 def rates_of(summary: Summary) -> list[Cell]:

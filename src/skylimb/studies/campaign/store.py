@@ -1,16 +1,20 @@
 """The flights of a campaign: an SQLite file while it flies, a Parquet table when it is through.
 
 A flight is written in one transaction, and is on the disk before the next one is handed out: SQLite keeps it
-whole through a kill, a power cut and a full disk.
+whole through a kill, a power cut and a full disk. It does not notice a bit that flips on the disk: so each
+row has a digest, and one that does not fit it is flown again.
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
 import sqlite3
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, closing, contextmanager
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from skylimb.analysis.recording import LOG_FILE, write_sources
 from skylimb.base.files import replace_text, replacing
@@ -32,7 +36,7 @@ CREATE TABLE IF NOT EXISTS flights (
     flight INTEGER NOT NULL,  -- index in the campaign
     gains TEXT NOT NULL,      -- changes of a search to the controller, as JSON
     status TEXT NOT NULL,     -- of the row
-    row TEXT NOT NULL,        -- of the table, as JSON
+    row TEXT NOT NULL,        -- of the table, as JSON, behind the digest of all that stands in this line
     PRIMARY KEY (flight, gains)
 ) WITHOUT ROWID
 """
@@ -56,20 +60,25 @@ class Store:
         folder: where.
         campaign: what it is of.
         rows: of all that has flown; see `Job.key`.
-        damaged: whether an earlier table cannot be read any more.
+        damaged: whether something that had flown cannot be read any more, and flies again.
     """
 
     def __init__(self, folder: Path, campaign: Campaign, database: sqlite3.Connection) -> None:
         self.folder, self.campaign, self._database = folder, campaign, database
         for half_written in folder.rglob(".*.partial"):  # by a process that was killed
             half_written.unlink(missing_ok=True)
-        rows, self.damaged = _rows_of_table(folder, campaign)
+        rows, in_table = _rows_of_table(folder, campaign)
         with self._writing():
             database.execute(_SCHEMA)
+            begun, in_store = _rows(database)
+            if in_store:  # by no key can a damaged row be found
+                database.execute("DELETE FROM flights")
+                _insert(database, begun)
             _insert(database, rows)
             # Whatever kept a flight from coming back may be over: it gets its tries again.
             database.execute("DELETE FROM flights WHERE status = ?", (QUARANTINED,))
-        self.rows = _rows(database)
+        self.rows = _rows(database)[0]
+        self.damaged = in_table or in_store
 
     @property
     def by_flight(self) -> dict[int, Row]:
@@ -146,30 +155,51 @@ def open_store(folder: Path, campaign: Campaign, resume: bool) -> Iterator[Store
 
 
 def load_rows(folder: Path, campaign: Campaign) -> tuple[dict[int, Row], bool]:
-    """The rows of a campaign's folder, through or not, and whether its table is damaged; changes nothing."""
+    """The rows of a campaign's folder, through or not, and whether any are damaged; changes nothing."""
     found, damaged = _rows_of_table(folder, campaign)
     if (folder / STORE_FILE).is_file():
         with complaints(folder), closing(_connect(folder / STORE_FILE, "rw")) as database:
             has_begun = database.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
-            found |= _rows(database) if has_begun else {}
+            begun, in_store = _rows(database) if has_begun else ({}, False)
+        found, damaged = found | begun, damaged or in_store
     return {flight: found[flight, gains] for flight, gains in sorted(found) if gains == _NO_GAINS}, damaged
 
 
 def _connect(path: Path, mode: str) -> sqlite3.Connection:
     address = f"{path.absolute().as_uri()}?mode={mode}"
-    return sqlite3.connect(address, _PATIENCE, isolation_level=None, uri=True)
+    database = sqlite3.connect(address, _PATIENCE, isolation_level=None, uri=True)
+    database.text_factory = partial(str, encoding="utf-8", errors="replace")  # damage is for the digests
+    return database
 
 
-def _rows(database: sqlite3.Connection) -> dict[Key, Row]:
-    found = database.execute("SELECT flight, gains, row FROM flights")
-    return {(flight, gains): json.loads(row) for flight, gains, row in found}
+def _rows(database: sqlite3.Connection) -> tuple[dict[Key, Row], bool]:
+    """The rows that are whole, and whether any are not."""
+    found, damaged = dict[Key, Row](), False
+    for flight, gains, status, kept in database.execute("SELECT flight, gains, status, row FROM flights"):
+        digest, _, text = str(kept).partition(" ")
+        if digest == _digest(flight, gains, status, text):
+            found[flight, gains] = json.loads(text)
+        else:
+            damaged = True
+    return found, damaged
+
+
+def _digest(*line: Any) -> str:
+    """What a line of the file has to fit."""
+    return hashlib.sha256(repr(line).encode()).hexdigest()[:16]
+
+
+def _line(key: Key, row: Row) -> tuple[int, str, str, str]:
+    """A row as it stands in the file."""
+    text = json.dumps(row, allow_nan=False)
+    return (*key, row["status"], f"{_digest(*key, row['status'], text)} {text}")
 
 
 def _insert(database: sqlite3.Connection, rows: Mapping[Key, Row]) -> None:
     """Add those of the rows that are not there yet."""
     database.executemany(
         "INSERT OR IGNORE INTO flights (flight, gains, status, row) VALUES (?, ?, ?, ?)",
-        [(*key, row["status"], json.dumps(row, allow_nan=False)) for key, row in rows.items()],
+        [_line(key, row) for key, row in rows.items()],
     )
 
 

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from skylimb.analysis.recording.run import Run
-from skylimb.analysis.recording.versions import versions
+from skylimb.analysis.recording.versions import computing_versions
 from skylimb.analysis.scores.registry import measured
 from skylimb.analysis.scores.user_scores import scored
 from skylimb.base.errors import CompileError, ConfigError, SkylimbError
@@ -28,10 +28,10 @@ from skylimb.flight.experiments.experiment import Experiment, robot_of
 from skylimb.flight.flying import fly_here
 from skylimb.flight.simulated_run import simulated_run, with_origin
 from skylimb.flight.takeoff import Takeoff, prepare
-from skylimb.robots.loader import load_robot
 from skylimb.studies.campaign.folder import CONFIG_FILE, log_name
 from skylimb.studies.campaign.frozen import Campaign, campaign_from_mapping
 from skylimb.studies.campaign.rows import FAILED, REFUSED, Row, make_row
+from skylimb.studies.campaign.unchanged import Unchanged
 
 # A process flies one flight at a time, also where a cluster's worker has several threads.
 _ONE_AT_A_TIME = threading.Lock()
@@ -100,7 +100,7 @@ class Worker:
     """A campaign's robot and controllers, loaded once."""
 
     def __init__(self, campaign: Campaign) -> None:
-        present = versions()
+        present = computing_versions()
         for name, version in campaign.versions.items():
             if present.get(name) != version:
                 raise ConfigError(
@@ -108,24 +108,26 @@ class Worker:
                     "the rows would not be the same"
                 )
         self._campaign = campaign
-        for name, digest in campaign.robots.items():
-            if load_robot(name).description.digest != digest:
-                raise ConfigError(
-                    f"this worker has other files of robot '{name}' than the campaign was begun with"
-                )
+        self._unchanged = Unchanged(campaign)
         self._controller = lru_cache(maxsize=64)(
             lambda name, robot, gains: campaign.load(name, robot, json.loads(gains))
         )
 
     def fly(self, jobs: Sequence[Job]) -> list[Flown]:
-        """The row of each flight, and its log if it is wanted."""
+        """The row of each flight, and its log if it is wanted.
+
+        Raises:
+            ConfigError: when they have read another file than the campaign was begun with.
+        """
         prepared = [self._prepare(job) for job in jobs]
         ready = [item for item in prepared if isinstance(item, Takeoff)]
         flights = iter(self._native_flights(ready))
-        return [
+        flown = [
             item if isinstance(item, Flown) else self._flown(job, item, next(flights))
             for job, item in zip(jobs, prepared, strict=True)
         ]
+        self._unchanged.require(item.experiment for item in ready)
+        return flown
 
     def _prepare(self, job: Job) -> Takeoff | Flown:
         """What a job needs to take off; its row where it never will."""

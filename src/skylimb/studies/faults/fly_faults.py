@@ -15,9 +15,10 @@ from skylimb.base.files import replace_text
 from skylimb.studies.campaign.flight_queue import Report
 from skylimb.studies.campaign.fly_campaign import Outcome as CampaignOutcome
 from skylimb.studies.campaign.fly_campaign import run_campaign
-from skylimb.studies.campaign.folder import log_name, logged
+from skylimb.studies.campaign.folder import load_campaign, log_name, logged
 from skylimb.studies.campaign.logs import worst
 from skylimb.studies.campaign.rows import OK, REFUSED
+from skylimb.studies.campaign.store import load_rows
 from skylimb.studies.faults.catalogue import Catalogue, Fault, load_catalogue
 from skylimb.studies.faults.page import Row, faults_page
 
@@ -34,9 +35,9 @@ class Outcome:
     Attributes:
         folder: a campaign's folder for each fault in `unprotected/` and `supervised/`, the table as data and
             as a page.
-        catalogue: what was flown.
-        rows: in its order.
-        flown: flights that are kept.
+        catalogue: what was flown, and what stood in the folder before.
+        rows: of all that, in its order.
+        flown: flights that are kept, of those asked for.
         total: flights that were asked for.
         complete: whether all of it was.
     """
@@ -66,7 +67,8 @@ def fly_faults(
         out: a new folder, or with `resume` one that was begun.
         draws: that each controller flies of each fault.
         controllers: in place of the catalogue's.
-        only: names of the faults to fly; all of them where it is empty.
+        only: names of the faults to fly; all of them where it is empty. What the folder holds of the others
+            stays in the table.
         catalogue: another than the one that ships.
         workers: processes; all cores by default, 0 flies in this one. The result does not depend on it.
         resume: go on with a folder; what it holds is not flown again.
@@ -76,26 +78,53 @@ def fly_faults(
         ConfigError: when a fault cannot be flown.
         OutputError: when the folder is there without `resume`, or cannot be written.
     """
-    folder, chosen = Path(out), (catalogue or load_catalogue()).only(only, controllers)
+    folder, whole = Path(out), (catalogue or load_catalogue()).only((), controllers)
+    chosen = whole.only(only, ())
     if folder.exists() and not resume:
         raise OutputError(
             f"output folder '{folder}' exists already; --resume goes on with one that was begun"
         )
     rows, count = list[Row](), 0
     total = len(chosen.faults) * len(SIDES) * draws * len(chosen.controllers)
-    for fault, supervised in product(chosen.faults, (False, True)):
+    for fault, supervised in product(whole.faults, (False, True)):
         place = Path(SIDES[supervised]) / fault.name.replace(" ", "-")
+        if fault not in chosen.faults:
+            before = _flown_before(whole, fault, supervised, folder / place)
+            rows += _rows(fault, supervised, before, place) if before else ()
+            continue
         spec = chosen.campaign(fault, draws, supervised)
         flown = run_campaign(
             spec, folder / place, workers=workers, resume=(folder / place).exists(), progress=progress
         )
         count += len(flown.rows)
         if flown.summary is None:
-            return Outcome(folder, chosen, tuple(rows), count, total, complete=False)
+            return Outcome(folder, whole, tuple(rows), count, total, complete=False)
         rows += _rows(fault, supervised, flown, place)
     replace_text(folder / RESULT_FILE, json.dumps([asdict(row) for row in rows], indent=1) + "\n")
-    replace_text(folder / PAGE_FILE, faults_page(chosen, rows))
-    return Outcome(folder, chosen, tuple(rows), count, total, complete=True)
+    replace_text(folder / PAGE_FILE, faults_page(whole, rows))
+    return Outcome(folder, whole, tuple(rows), count, total, complete=True)
+
+
+def _flown_before(
+    catalogue: Catalogue, fault: Fault, supervised: bool, folder: Path
+) -> CampaignOutcome | None:
+    """What a folder holds of a fault; None where it is not through, or was flown as another fault than it is.
+
+    Raises:
+        OutputError: when something else is there.
+    """
+    if not folder.exists():
+        return None
+    campaign = load_campaign(folder)
+    rows, damaged = load_rows(folder, campaign)
+    spec = campaign.spec
+    same = catalogue.only((), spec.controllers).campaign(fault, spec.draws, supervised)
+    through = len(rows) == campaign.flight(spec.draws, 0)
+    return (
+        CampaignOutcome(folder, campaign, rows, None, damaged)
+        if through and spec.to_mapping() == same.to_mapping()
+        else None
+    )
 
 
 def _rows(fault: Fault, supervised: bool, flown: CampaignOutcome, place: Path) -> Iterator[Row]:

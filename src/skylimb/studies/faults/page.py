@@ -92,7 +92,7 @@ def faults_page(catalogue: Catalogue, rows: Sequence[Row]) -> str:
     mixed = _MIXED if any(row.flights != draws for row in rows) else ""
     lines = [_HEAD.format(draws=draws, mixed=mixed), "## All of them", ""]
     columns = list(dict.fromkeys(row.flown_by for row in rows))
-    lines += _table("fault: flights within the bounds", [*columns, ""], _summary(faults, rows))
+    lines += _table("fault: flights within the bounds", [*columns, ""], _summary(faults, rows, columns))
     lost = dict.fromkeys(row.fault for row in rows if row.supervised and row.survived < row.flights)
     lines += ["", f"Not outlived by every supervised flight: {', '.join(lost) or 'none'}."]
     for fault in faults:
@@ -108,11 +108,14 @@ def faults_page(catalogue: Catalogue, rows: Sequence[Row]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _summary(faults: Sequence[Fault], rows: Sequence[Row]) -> Iterator[tuple[str, ...]]:
-    """A line for each fault: how many flights of each column are within its bounds."""
+def _summary(
+    faults: Sequence[Fault], rows: Sequence[Row], columns: Sequence[str]
+) -> Iterator[tuple[str, ...]]:
+    """A line a fault: how many flights of each column are within its bounds; empty where none flew."""
     for fault in faults:
         own = [row for row in rows if row.fault == fault.name]
-        cells = [row.shares[1] + (", ok" if row.reached(fault) else "") for row in own]
+        shares = {row.flown_by: row.shares[1] + (", ok" if row.reached(fault) else "") for row in own}
+        cells = [shares.get(column, "") for column in columns]
         harmless = all(row.reached(fault) for row in own if not row.supervised)
         yield fault.name, *cells, "no test" if harmless else ""
 
