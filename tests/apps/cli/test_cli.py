@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.helpers.synthetic_flight import synthetic_log
 
 import skylimb
 from skylimb import __version__
@@ -371,6 +372,31 @@ def test_list_names_everything_with_a_line(capsys: pytest.CaptureFixture[str]) -
     for name in ("paper", "pid", "impedance", "admittance", "hybrid", "hydrus_xi_quad"):
         (line,) = [line for line in out.splitlines() if line.split()[:1] == [name]]
         assert len(line.split()) > 3
+
+
+def test_each_tolerance_that_a_flight_missed_has_a_line(capsys: pytest.CaptureFixture[str]) -> None:
+    missed = {"done": False, "missed": ["the pen touches 88 % of the time", "the line lies 30 mm beside"]}
+    output.verdicts({"hybrid": Run("hybrid", "hybrid", synthetic_log(slide=1.0), missed)})
+    assert capsys.readouterr().out.splitlines() == [
+        "hybrid was not done as commanded:",
+        "  - the pen touches 88 % of the time",
+        "  - the line lies 30 mm beside",
+    ]
+
+
+@pytest.mark.parametrize("kind", ["controllers", "controller"])
+def test_list_takes_one_kind(kind: str, capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, _ = call(["list", kind], capsys)
+    names = [line.split()[0] for line in out.splitlines() if line.strip()]
+    assert code == 0
+    assert "hybrid" in names
+    assert "paper" not in names
+
+
+def test_list_names_the_kinds_that_there_are(capsys: pytest.CaptureFixture[str]) -> None:
+    code, _, err = call(["list", "controlers"], capsys)
+    assert code == 2
+    assert "unknown kind of thing 'controlers'; did you mean 'controllers'?" in err
 
 
 def test_show_prints_an_experiment_that_can_be_flown(
