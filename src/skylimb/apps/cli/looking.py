@@ -247,7 +247,7 @@ def view(folder: Folder, *, speed: Annotated[float, arg("Times the real speed.",
 def verify_contact(
     *, out: Annotated[str, arg("New folder for the table and its figures; by default none.", "DIR")] = ""
 ) -> int:
-    """Hold the simulated contact against theory, row by row.
+    """Compare the simulated contact with theory, row by row.
 
     Each row is a small test rig and the figure that mechanics predicts for it. The exit code is 1 when a row
     fails.
@@ -262,7 +262,7 @@ def verify_contact(
 def verify_rotors(
     *, out: Annotated[str, arg("New folder for the table and its figures; by default none.", "DIR")] = ""
 ) -> int:
-    """Hold rotors with a speed and an inertia against theory, row by row.
+    """Compare rotors that have a speed and an inertia with theory, row by row.
 
     They are those of plant.rotors = "speed". The exit code is 1 when a row fails.
 
