@@ -328,6 +328,7 @@ def test_a_flight_interrupted_at_its_first_tick_leaves_nothing(
         (["view", "nowhere", "--speed", "0"], "--speed = 0 must be positive"),
         (["view", "nowhere", "--speed", "fast"], "--speed = 'fast' is not a number"),
         (["view"], "DIR is missing; see skylimb view --help"),
+        (["convert"], "LOG and OUT are missing; see skylimb convert --help"),
         (["run", "--out"], "--out needs a value; see skylimb run --help"),
         (["run", "--conroller", "pid"], "did you mean '--controller'?"),
         (
