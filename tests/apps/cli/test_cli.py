@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.helpers.synthetic_flight import synthetic_log
 
 import skylimb
 from skylimb import __version__
 from skylimb.analysis.recording import Run
 from skylimb.apps.cli import main, output
 from skylimb.apps.cli.verbs import VERBS
+from synthetic_flight import synthetic_log
 
 SHORT = [
     "phases.hover=0.5",
