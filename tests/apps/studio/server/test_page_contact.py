@@ -74,7 +74,7 @@ def test_a_flight_that_is_over_says_so_and_what_it_missed(page: sync_api.Page, s
     come_to_the_end(page, studio)
     page.locator("#status").get_by_text("Over: not done as commanded").wait_for()
     page.get_by_role("tab", name="Scores").click()
-    words = page.get_by_role("tabpanel", name="Scores").get_by_text("Hybrid was not done as commanded")
+    words = page.get_by_role("tabpanel", name="Scores").get_by_text("Hybrid was not done as commanded: ")
     assert "mm allowed" in words.inner_text()
     before = studio.session.branches
     for tab, part in (("Poke", "#panel-poke .hold"), ("Surface", "#surface-friction")):
