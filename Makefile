@@ -114,10 +114,11 @@ $(BIN)/python:
 	@test -n "$(PYTHON)" || { echo "skylimb needs Python 3.11 or newer: make demo PYTHON=/path/to/python" >&2; exit 1; }
 	$(PYTHON) -m venv $(VENV)
 
-# The stamps say which part of pyproject.toml is installed; they are renewed when the file changes.
+# The stamps say which part of pyproject.toml is installed; they are renewed when the file changes. The first has what
+# the commands of README and docs/gallery.md need.
 $(VENV)/run.stamp: pyproject.toml constraints.txt | $(BIN)/python
 	@echo "Installing skylimb into $(VENV) (once; about a minute)"
-	@$(PIP) --editable '.[report,video]'
+	@$(PIP) --editable '.[report,video,draw,studio,campaign,import,logs]'
 	@touch $@
 
 $(VENV)/dev.stamp: $(VENV)/run.stamp

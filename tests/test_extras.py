@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from skylimb.base.errors import EXTRAS
 
 ROOT = Path(__file__).parents[1]
 CAMPAIGN, TUNE = ROOT / "examples" / "campaign.toml", ROOT / "examples" / "tune.toml"
@@ -53,6 +56,16 @@ def test_a_missing_extra_is_named(tmp_path: Path) -> None:
     told = [f"{package}:\n{error.format(package, extra)}" for package, (extra, _) in CASES.items()]
     assert done.stderr == "".join(told)
     assert not list(tmp_path.iterdir())
+
+
+def test_every_command_of_the_gallery_runs_after_make_demo() -> None:
+    makefile, gallery = (ROOT / name for name in ("Makefile", "docs/gallery.md"))
+    found = re.search(r"run\.stamp:.*?--editable '\.\[([\w,]+)\]'", makefile.read_text("utf-8"), re.DOTALL)
+    verbs = re.findall(r"^skylimb (\w+)", gallery.read_text("utf-8"), re.MULTILINE)
+    needed = {"report", *EXTRAS.keys() & set(verbs)}  # a verb's extra has its name
+    assert needed >= {"draw", "studio", "campaign"}
+    assert found
+    assert needed <= set(found[1].split(","))
 
 
 @pytest.mark.slow

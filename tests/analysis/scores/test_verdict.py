@@ -99,7 +99,7 @@ def test_a_pen_that_leaves_the_surface_misses_touch_and_path(flown):
     assert missed == ["contact", "path", "strokes"]
     assert scores["missed"][:2] == [
         "the pen touches 80 % of the time, 95 % commanded",
-        "82 % of the line is drawn, 95 % commanded",
+        "82 % of the line is drawn close enough to its shape, 95 % commanded",
     ]
 
 

@@ -15,6 +15,7 @@ from skylimb import __version__
 from skylimb.analysis.recording import Run
 from skylimb.apps.cli import main, output
 from skylimb.apps.cli.verbs import VERBS
+from synthetic_flight import synthetic_log
 
 SHORT = [
     "phases.hover=0.5",
@@ -327,6 +328,7 @@ def test_a_flight_interrupted_at_its_first_tick_leaves_nothing(
         (["view", "nowhere", "--speed", "0"], "--speed = 0 must be positive"),
         (["view", "nowhere", "--speed", "fast"], "--speed = 'fast' is not a number"),
         (["view"], "DIR is missing; see skylimb view --help"),
+        (["convert"], "LOG and OUT are missing; see skylimb convert --help"),
         (["run", "--out"], "--out needs a value; see skylimb run --help"),
         (["run", "--conroller", "pid"], "did you mean '--controller'?"),
         (
@@ -371,6 +373,31 @@ def test_list_names_everything_with_a_line(capsys: pytest.CaptureFixture[str]) -
     for name in ("paper", "pid", "impedance", "admittance", "hybrid", "hydrus_xi_quad"):
         (line,) = [line for line in out.splitlines() if line.split()[:1] == [name]]
         assert len(line.split()) > 3
+
+
+def test_each_tolerance_that_a_flight_missed_has_a_line(capsys: pytest.CaptureFixture[str]) -> None:
+    missed = {"done": False, "missed": ["the pen touches 88 % of the time", "the line lies 30 mm beside"]}
+    output.verdicts({"hybrid": Run("hybrid", "hybrid", synthetic_log(slide=1.0), missed)})
+    assert capsys.readouterr().out.splitlines() == [
+        "hybrid was not done as commanded:",
+        "  - the pen touches 88 % of the time",
+        "  - the line lies 30 mm beside",
+    ]
+
+
+@pytest.mark.parametrize("kind", ["controllers", "controller"])
+def test_list_takes_one_kind(kind: str, capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, _ = call(["list", kind], capsys)
+    names = [line.split()[0] for line in out.splitlines() if line.strip()]
+    assert code == 0
+    assert "hybrid" in names
+    assert "paper" not in names
+
+
+def test_list_names_the_kinds_that_there_are(capsys: pytest.CaptureFixture[str]) -> None:
+    code, _, err = call(["list", "controlers"], capsys)
+    assert code == 2
+    assert "unknown kind of thing 'controlers'; did you mean 'controllers'?" in err
 
 
 def test_show_prints_an_experiment_that_can_be_flown(

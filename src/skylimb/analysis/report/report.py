@@ -95,6 +95,8 @@ def render_report(
         missed=[
             (palette.label(name), run.missed) for name, run in runs.items() if run.missed and not run.failed
         ],
+        done=sum(run.done is True for run in runs.values()),
+        judged=sum(run.done is not None and not run.failed for run in runs.values()),
         finished=sum(run.status == OK for run in runs.values()),
         total=len(runs),
         transitions=[

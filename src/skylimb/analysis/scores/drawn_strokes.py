@@ -53,8 +53,8 @@ def _missed_strokes(run: Run) -> str:
     if worst["excess"] <= 1.0:
         return f"{which} is drawn to and fro: {drawn} for its {length}, {longest} allowed{others}"
     return (
-        f"{which} is off its shape by {worst['excess']:.1f} times what its corners and bows allow, "
-        f"{1e3 * worst['shape']:.1f} mm root mean square{others}"
+        f"the shape of {which} is {1e3 * worst['shape']:.1f} mm off (root mean square), "
+        f"{worst['excess']:.1f} times what is allowed{others}"
     )
 
 
@@ -75,32 +75,33 @@ def _missed_strokes(run: Run) -> str:
         "place": _drawn(
             "How far the drawn lines are beside their place: the rigid move that lays them best on it, root "
             "mean square",
-            "beside its place: the best rigid move, root mean square",
+            "beside its place, root mean square",
             smaller_is_better=True,
             tolerance=Tolerance(
                 "pen_line",
-                "the line lies {value} beside its place, {bound} allowed for its size",
+                "the line lies {value} beside its place, {bound} allowed",
                 scaled=lambda run: run.metrics["line_place_allowed"],
             ),
         ),
         "place_allowed": _drawn(
-            "How far they may be beside it for their size", "allowed of that for its size"
+            "How far they may be beside it for their size", "allowed beside its place, for its size"
         ),
         "marks": _drawn(
             "Farthest mark of touching down, settling and leaving from the line, the place taken off",
-            "farthest mark of touching down, settling and leaving",
+            "farthest mark before and after the line",
             smaller_is_better=True,
             tolerance=Tolerance(
                 "marks",
-                "touching down, settling and leaving mark the surface up to {value} beside the line, "
-                "{bound} allowed for its size",
+                "before and after the line the pen leaves marks up to {value} beside it, {bound} allowed",
                 scaled=lambda run: run.metrics["line_marks_allowed"],
             ),
         ),
-        "marks_allowed": _drawn("How far such a mark may be for the size of the lines", "allowed of that"),
+        "marks_allowed": _drawn(
+            "How far such a mark may be for the size of the lines", "allowed for such marks"
+        ),
         "shape": _drawn(
             "Distance of the strokes from their shape, the place of all taken off, root mean square",
-            "off its shape: its place taken off, root mean square",
+            "off its shape, root mean square",
             smaller_is_better=True,
         ),
         "covered": Score(
@@ -108,9 +109,11 @@ def _missed_strokes(run: Run) -> str:
             "all taken off",
             smaller_is_better=False,
             group=DRAWING,
-            row="drawn within what its corners and bows allow",
+            row="share that is drawn close enough to its shape",
             ranked=False,
-            tolerance=Tolerance("path", "{value} of the line is drawn, {bound} commanded"),
+            tolerance=Tolerance(
+                "path", "{value} of the line is drawn close enough to its shape, {bound} commanded"
+            ),
         ),
         "strokes_missed": Score(
             "Strokes that are not drawn, are drawn to and fro, or are farther from their shape than their "

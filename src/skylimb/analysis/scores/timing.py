@@ -35,13 +35,13 @@ def _allowed(run: Run) -> float:
     unit="m",
     smaller_is_better=True,
     group=TIMING,
-    row=f"pen from its reference of the moment, {100.0 * PART:g} % of the time within",
+    row=f"pen from where it should be at each moment, {100.0 * PART:g} % quantile",
     ranked=False,
-    meaning=f"Distance of the pen from its reference of the moment, {100.0 * PART:g} % quantile",
+    meaning=f"Distance of the pen from where it should be at each moment, {100.0 * PART:g} % quantile",
     tolerance=Tolerance(
         "behind",
-        f"the pen is {{value}} from its reference of the moment, nearer for {100.0 * PART:g} % of the time; "
-        "{bound} allowed for its size",
+        f"the pen is within {{value}} of where it should be for {100.0 * PART:g} % of the time, "
+        "{bound} allowed",
         scaled=_allowed,
     ),
 )
@@ -64,7 +64,7 @@ def pen_behind(run: Run) -> float:
             "s",
             smaller_is_better=True,
             group=TIMING,
-            row="time that it took",
+            row="duration of the sliding period",
             ranked=False,
             name="duration",
         ),

@@ -51,7 +51,9 @@ class _Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         missing = message.partition("the following arguments are required: ")[2]
         if missing:
-            raise ConfigError(f"{missing} is missing; see {self.prog} --help")
+            *others, last = missing.split(", ")
+            what = f"{', '.join(others)} and {last} are" if others else f"{last} is"
+            raise ConfigError(f"{what} missing; see {self.prog} --help")
         option = message.partition("argument ")[2].partition(":")[0].partition("/")[0]
         if "expected one argument" in message:
             raise ConfigError(f"{option} needs a value; see {self.prog} --help")

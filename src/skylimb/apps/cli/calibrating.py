@@ -18,7 +18,7 @@ def calibrate(
     set: Settings = None,
     out: Out = "",
 ) -> None:
-    """Find what robot and sensors differ in from their description, from a flight.
+    """Find from a flight how the robot and its sensors differ from their description.
 
     Flies an experiment, or takes the log of a flight that was flown, and estimates the motion capture's
     misalignment, the centre of gravity, the thrust of each rotor, lag and latency, each with a 95 % interval.

@@ -13,7 +13,7 @@ def salvage(
     source: Annotated[str, arg("A .bag or .mcap file that was cut off, or has no index.", "FILE")],
     target: Annotated[str, arg("New file: .bag or .mcap.", "OUT")],
 ) -> None:
-    """Write all that can be read of a bag or an MCAP file as a whole one, with an index.
+    """Write what can still be read of a damaged bag or MCAP file as a whole file, with an index.
 
     Every topic is kept, to the byte, up to the last whole chunk before the cut, or before damage; until when
     is said. No ROS is needed.

@@ -22,7 +22,7 @@ def reproduce(
     workers: Annotated[int | None, arg("Processes (0: only this one); by default one a core.", "N")] = None,
     resume: Resume = False,
 ) -> int:
-    """Hold the paper's numbers and claims against an ensemble of what it leaves open.
+    """Compare the paper's numbers and claims with an ensemble over what it leaves open.
 
     Draws friction, press, calibration and whatever else the paper doesn't print from a declared prior, flies
     the four controllers through every draw, and leaves reproduction.json, flights.parquet, figures/ and

@@ -9,26 +9,32 @@ from typing import TYPE_CHECKING, Annotated, Any
 from skylimb.apps.cli import output
 from skylimb.apps.cli.arguments import arg
 from skylimb.apps.cli.options import Folder, Use, new_folder
-from skylimb.base.errors import ConfigError
+from skylimb.base.errors import ConfigError, unknown_name
 
 if TYPE_CHECKING:
     from skylimb.apps.catalogue.entries import Entry
 
 
-def list_all() -> None:
+def list_all(
+    kind: Annotated[str, arg("Only these: experiments, controllers, ...; all without it.", "KIND")] = "",
+) -> None:
     """List what there is: experiments, controllers, robots, surfaces, events, paths, laws, metrics, ...
 
     Examples:
         skylimb list
+        skylimb list controllers
     """
     from skylimb.apps.catalogue.added import added_rows
     from skylimb.apps.catalogue.entries import KINDS, entries
 
+    asked = [each for each in KINDS if kind in ("", each, f"{each}s")]
+    if not asked:
+        raise unknown_name("kind of thing", kind, (f"{each}s" for each in KINDS))
     found = entries()
-    for kind, title in KINDS.items():
-        rows = [(entry.name, entry.meaning) for entry in found if entry.kind == kind]
-        output.show_table(rows, title=title)
-    if added := added_rows():
+    for each in asked:
+        rows = [(entry.name, entry.meaning) for entry in found if entry.kind == each]
+        output.show_table(rows, title=KINDS[each])
+    if not kind and (added := added_rows()):
         output.show_table(added, title="Added by installed packages")
 
 
@@ -241,7 +247,7 @@ def view(folder: Folder, *, speed: Annotated[float, arg("Times the real speed.",
 def verify_contact(
     *, out: Annotated[str, arg("New folder for the table and its figures; by default none.", "DIR")] = ""
 ) -> int:
-    """Hold the simulated contact against theory, row by row.
+    """Compare the simulated contact with theory, row by row.
 
     Each row is a small test rig and the figure that mechanics predicts for it. The exit code is 1 when a row
     fails.
@@ -256,7 +262,7 @@ def verify_contact(
 def verify_rotors(
     *, out: Annotated[str, arg("New folder for the table and its figures; by default none.", "DIR")] = ""
 ) -> int:
-    """Hold rotors with a speed and an inertia against theory, row by row.
+    """Compare rotors that have a speed and an inertia with theory, row by row.
 
     They are those of plant.rotors = "speed". The exit code is 1 when a row fails.
 

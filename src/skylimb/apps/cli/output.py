@@ -205,7 +205,7 @@ def verdicts(runs: Mapping[str, Run]) -> None:
         elif run.stopped:
             print(f"{name} {run.cause}; scored as far as it flew")
         elif run.missed:
-            print(f"{name} was not done as commanded: {'; '.join(run.missed)}")
+            print(f"{name} was not done as commanded:", *run.missed, sep="\n  - ")
 
 
 def written(

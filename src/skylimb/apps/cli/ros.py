@@ -105,7 +105,7 @@ def ros2(
     namespace: Annotated[str, arg("Of the topics.", "NAME")] = "skylimb",
     anywhere: Annotated[bool, arg("Whether it may be heard beyond this machine.")] = False,
 ) -> int:
-    """Be a node on ROS 2, where none need be installed: a robot simulated, our controller for one, or both.
+    """Be a node on ROS 2, also without ROS installed: a simulated robot, our controller for a robot, or both.
 
     PROFILE is as of `skylimb ros`. Flight states, supervisor and recorder are the same; messages, frames and
     quality of service are ROS 2's. The domain is ROS_DOMAIN_ID. Ctrl-C lands first.

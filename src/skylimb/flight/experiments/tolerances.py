@@ -81,8 +81,8 @@ class Tolerances:
         float,
         Key(
             "m",
-            "greatest distance of the pen from its reference of the moment, but for 5 % of the time; less "
-            "where the size of its strokes allows less",
+            "greatest distance of the pen from where it should be at each moment, but for 5 % of the time; "
+            "less where the size of its strokes allows less",
             0.0,
             10.0,
         ),
