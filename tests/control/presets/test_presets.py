@@ -316,7 +316,7 @@ def test_the_presets_are_what_has_been_flown(robot: Robot) -> None:
     }  # fmt: skip
     assert flattened(following, "translation") == {
         "stiffness": [5.0, 10.0, 5.0], "damping_ratio": [0.8, 0.7, 0.8], "press_stiffness": 0.3,
-        "press_damping": 5.0, "press_mass_ratio": 0.7, "force": 1.0, "force_integral": 0.6,
+        "press_damping": 4.0, "press_mass_ratio": 0.7, "force": 1.0, "force_integral": 0.5,
         "force_integral_limit": 3.0, "tank": 0.5, "cancel": [0.5, 0.7], "cancel_cutoff": [5.0, 5.0],
         "cancel_limit": 1.0, "cancel_speed": 0.06, "error_limit": 0.1, "pen": 1.0, "hanging": 1.0,
         "feed": 0.0, "swing": [0.0, 0.0], "swing_cutoff": 1.0, "swing_speed": 10.0,
