@@ -326,7 +326,7 @@ def test_files_that_are_none_of_these_are_refused(flown: skylimb.Run, tmp_path: 
         for cut in (0, 10, len(whole) // 8):
             broken = tmp_path / f"{cut}-{name}"
             broken.write_bytes(whole[:cut])
-            with pytest.raises(OutputError, match=f"is not a readable {kind}|no topic"):
+            with pytest.raises(OutputError, match=f"is not a readable {kind}|no message of"):
                 read_log(broken)
     assert not (tmp_path / "a.bagg").exists()
 
