@@ -113,8 +113,6 @@ class Halves:
         self._looked, self._seen = np.zeros(made.watch.size), np.zeros(made.sight.size)
         self._asked, self._sound = np.zeros(made.command.size), np.zeros(1)
         self._command, self._own = np.zeros(made.command.size), np.zeros(1)
-        self._measure = made.measurement.writer(self._measured)
-        self._want, self._ask = made.reference.writer(self._wanted), made.command.writer(self._asked)
         given = [self._state, self._measured, self._wanted]
         self._look = BoundFunction(made.look, given, [self._looked, self._seen])
         given = [self._looked, self._seen, self._asked, self._sound]
@@ -127,8 +125,8 @@ class Halves:
         for name, value in zip(Told._fields, told, strict=True):
             self._state[self._made.watch.slices[f"told.{name}"]] = value
         if measurement is not None:
-            self._measure(measurement)
-        self._want(reference)
+            self._measured[:] = self._made.measurement.pack(measurement)
+        self._wanted[:] = self._made.reference.pack(reference)  # a number may stand for a vector of one
         self._look.evaluate()
         self.sight = self._made.sight.unpack(self._seen.copy())
         self.mode = self._looked[self._made.watch.slices["mode"]][0]
@@ -141,7 +139,7 @@ class Halves:
         """The command, and whether it is the controller's; see `after`."""
         self._sound[:] = float(wanted is not None)
         if wanted is not None:
-            self._ask(wanted)
+            self._asked[:] = self._made.command.pack(wanted)
         self._act.evaluate()
         return self._made.command.unpack(self._command.copy()), bool(self._own[0] > 0.5)
 
