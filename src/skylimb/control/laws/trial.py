@@ -119,7 +119,7 @@ class _Hover:
         self._symbols, self.records = symbolic_inputs(inputs)
         self._numbers: list[list[np.ndarray]] = []
         for _ in range(STEPS):
-            hover = shaken_hover(cascade.robot, rng, len(needs.preview), needs.vectoring)
+            hover = shaken_hover(cascade.robot, rng, needs)
             given: tuple[Any, ...] = self.state, *hover, cascade.gains()
             self._numbers.append([part.pack(one) for part, one in zip(inputs, given, strict=True)])
 

@@ -142,7 +142,7 @@ class UserController:
         except Exception:  # what cannot be copied is not tried: its step may change it
             return
         state = guarded(made.initial_state, self.what)()
-        hover = shaken_hover(self.robot, np.random.default_rng(0), len(self.needs.preview))
+        hover = shaken_hover(self.robot, np.random.default_rng(0), self.needs)
         with np.errstate(all="ignore"):  # what is not finite is named
             result, place = returned(
                 guarded(made.step, self.what), self._gains, state, *map(_to_read, hover), PERIOD

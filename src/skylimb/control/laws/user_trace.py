@@ -12,7 +12,7 @@ from skylimb.base.user_code import described
 from skylimb.control.estimation.records import Imu, Measurement
 from skylimb.control.laws.traced_step import TracedStep, traced_step
 from skylimb.control.missions.reference import Reference, zero_reference
-from skylimb.control.needs import PACE, TORQUE
+from skylimb.control.needs import PACE, Needs
 from skylimb.control.planning.vectoring import nominal_posture
 from skylimb.robots.model import Robot
 
@@ -58,7 +58,7 @@ def _difference(trial: Any, step: TracedStep) -> str:
     gains, state, flat = trial.gains(), trial.made.initial_state(), step.state
     needs = trial.needs
     for _ in range(STEPS):
-        measurement, reference = shaken_hover(trial.robot, rng, len(needs.preview), imu=needs.imu)
+        measurement, reference = shaken_hover(trial.robot, rng, needs)
         given = step.inputs.measurement.pack(measurement), step.inputs.reference.pack(reference)
         state, command, signals = trial.made.step(gains, state, measurement, reference, PERIOD)
         flat, *results = (part.full().ravel() for part in step.function.call([flat, *given, step.gains]))
@@ -89,18 +89,16 @@ def plain_attributes(made: Any) -> dict[str, str]:
 
 
 def shaken_hover(
-    robot: Robot, rng: np.random.Generator, ahead: int = 0, vectoring: str = TORQUE, imu: bool = False
+    robot: Robot, rng: np.random.Generator, needs: Needs
 ) -> tuple[Measurement, Reference]:
     """A robot near the origin in its nominal posture, shaken about, and a reference beside it.
 
     Args:
         robot: any robot.
         rng: shakes it.
-        ahead: how many references ahead the reference holds.
-        vectoring: purpose of its vectoring angles.
-        imu: whether it has one.
+        needs: of the controller that is to work on both.
     """
-    q, psi = nominal_posture(robot, vectoring)
+    q, psi = nominal_posture(robot, needs.vectoring)
     x, y, z = np.eye(3)
     exact = z, np.array([1.0, 0.0, 0.0, 0.0]), np.zeros(3), np.zeros(3), q, psi
     p, quaternion, *others = list[Any](part + 0.01 * rng.standard_normal(part.shape) for part in exact)
@@ -117,10 +115,7 @@ def shaken_hover(
         touch=1.0,
     )
     shaken = Measurement(p, quaternion / np.linalg.norm(quaternion), *others)
-    if imu:
+    if needs.imu:
         said = np.zeros(3), robot.description.gravity * z
         shaken = shaken._replace(imu=Imu(*(part + 0.01 * rng.standard_normal(3) for part in said)))
-    return (
-        shaken,
-        reference._replace(ahead=(reference,) * ahead),
-    )
+    return shaken, reference._replace(ahead=(reference,) * len(needs.preview))
