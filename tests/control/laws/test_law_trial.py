@@ -7,11 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from made_robots import chain
 from skylimb.base.config import write_toml
 from skylimb.base.errors import ConfigError, UserCodeError
 from skylimb.control.controller import load_controller
 from skylimb.control.laws.preset import preset_mapping
 from skylimb.flight.export import export_c
+from skylimb.robots.loader import read_description
 from skylimb.robots.model import Robot
 
 LAW = """from dataclasses import dataclass
@@ -39,6 +41,19 @@ def test_a_vector_of_one_entry_is_a_vector(tmp_path: Path, robot: Robot, step: s
     cascade = read(tmp_path, robot, LAW.replace("{}", f"{{'sum': {step}}}"))
     assert bool(cascade.in_python) == ("float" in step)
     np.testing.assert_array_equal(cascade.initial_state().translation, [1.0])
+
+
+@pytest.mark.parametrize("plain", [True, False])
+def test_the_one_joint_of_a_robot_is_a_vector(tmp_path: Path, plain: bool) -> None:
+    """A law sees what it sees of any robot: vectors by joint, and a Jacobian with a column."""
+    flight_file = chain(tmp_path / "one", links=2, turns=("1 0 0", "0 1 0"))
+    asked = "float(inputs.reference.joint_angles[0])" if plain else "inputs.reference.joint_angles[0]"
+    jacobian = "inputs.estimate.body.model.tip_jacobian"
+    told = f"'angle': {asked}, 'by_joint': {jacobian}.T @ np.ones(3)"
+    text = LAW.replace("np.ones(1)", "np.zeros(start.robot.n_joints)").replace("{}", f"{{{told}}}")
+    cascade = read(tmp_path, Robot(read_description(flight_file)), text)
+    assert cascade.robot.n_joints == 1
+    assert bool(cascade.in_python) == plain
 
 
 @pytest.mark.parametrize("made", ["np.random.rand()", "np.zeros(len(ONES + [ONES.append(1)]))"])

@@ -88,9 +88,7 @@ def plain_attributes(made: Any) -> dict[str, str]:
     return {name: repr(value) for name, value in known.items() if isinstance(value, plain)}
 
 
-def shaken_hover(
-    robot: Robot, rng: np.random.Generator, needs: Needs
-) -> tuple[Measurement, Reference]:
+def shaken_hover(robot: Robot, rng: np.random.Generator, needs: Needs) -> tuple[Measurement, Reference]:
     """A robot near the origin in its nominal posture, shaken about, and a reference beside it.
 
     Args:
