@@ -155,3 +155,45 @@ def test_a_law_is_no_controller(tmp_path: Path) -> None:
         ConfigError, match=r"spring\.py' is a law, not a controller; name it in the slot of a preset"
     ):
         skylimb.run("paper", str(law))
+
+
+REMEMBERING = """import numpy as np, skylimb
+RNG, COUNT = np.random.default_rng(), []
+class Own:
+    name = "own"
+    def __init__(self): self.rng, self.sum = np.random.default_rng(3), 0.0
+    def gains(self): return None
+    def initial_state(self): return ()
+    def step(self, gains, state, measurement, reference, dt):
+        self.sum += float(measurement.position[2])
+        COUNT.append(1)
+        thrusts = 9.0 + np.full(4, ADDED)
+        return state, skylimb.Command(thrusts, reference.joint_angles, reference.vectoring_angles), {}
+ONE = Own()
+def controller(robot): return MADE
+"""
+
+
+@pytest.mark.parametrize(
+    ("added", "made", "repeats"),
+    [
+        ("RNG.normal()", "Own()", False),
+        ("1e-3 * len(COUNT)", "Own()", False),
+        ("1e-3 * self.sum", "ONE", False),
+        ("1e-3 * self.sum", "Own()", True),  # made anew for each flight
+        ("self.rng.normal()", "Own()", True),  # seeded
+        ("0.0", "5 / (len(COUNT) < 15) and Own()", False),
+    ],
+)
+def test_a_controller_that_is_another_one_when_it_is_made_anew_is_a_note(
+    tmp_path: Path, added: str, made: str, repeats: bool
+) -> None:
+    own = tmp_path / "own.py"
+    own.write_text(REMEMBERING.replace("ADDED", added).replace("MADE", made), encoding="utf-8")
+    run = skylimb.run("paper", str(own), set={**HOLD, "stop_at": 0.1})
+    noted = [note for note in run.notes if note.startswith("this run cannot be repeated: controller 'own' ")]
+    assert bool(noted) != repeats, run.notes
+    if "COUNT) <" in made:
+        assert "fails when it is made anew" in noted[0]
+    elif noted:
+        assert "gives other thrusts when it is made anew" in noted[0]

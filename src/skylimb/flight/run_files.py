@@ -19,6 +19,7 @@ from skylimb.base.user_modules import sources_of_module
 from skylimb.control.cascade import Cascade
 from skylimb.control.controller import Controller
 from skylimb.control.laws.slots import SLOTS, Slot
+from skylimb.control.laws.user_controller import UserController
 from skylimb.control.planning.vectoring import vectoring_file
 from skylimb.flight.plan import FlightPlan
 from skylimb.robots.model import Robot
@@ -107,7 +108,8 @@ def _not_repeatable(controller: Controller) -> list[str]:
             if not getattr(slot.law, "sources", ()) and not _is_ours(slot.law)
         ]
     if getattr(controller, "sources", ()):
-        return []
+        odd = controller.unrepeatable if isinstance(controller, UserController) else ""
+        return [odd] if odd else []
     code = _code_of(controller)
     kept = f"a copy of {code[0].path.name} is kept" if code else "its class stands in no file"
     return [

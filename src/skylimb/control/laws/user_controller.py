@@ -23,11 +23,11 @@ from skylimb.base.packing import numeric, structure
 from skylimb.base.signals import Signal, declared_signals
 from skylimb.base.sources import Source
 from skylimb.base.split_function import Asked
-from skylimb.base.user_code import UserCode, guarded, returned
+from skylimb.base.user_code import UserCode, described, guarded, returned
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.laws.results import checked
 from skylimb.control.laws.user_functions import traceable, with_floats_of
-from skylimb.control.laws.user_trace import PERIOD, shaken_hover, untraceable
+from skylimb.control.laws.user_trace import PERIOD, shaken_hover, unrepeatable, untraceable
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import Needs, needs_of
 from skylimb.control.records import Command
@@ -184,6 +184,23 @@ class UserController:
     def untraceable(self) -> str:
         """Why it cannot be compiled, in a sentence; empty where it can."""
         return untraceable(self._trial)
+
+    @cached_property
+    def unrepeatable(self) -> str:
+        """Why a flight with it cannot be repeated from its file, in a sentence; empty where it can."""
+        if self.origin is None:
+            return ""
+        try:
+            odd = unrepeatable(self._remade, self.needs, self._gains, self.robot)
+        except Exception as error:  # whatever it is, the flight that is over has not met it
+            return f"{self.what} fails when it is made anew: {described(error)}"
+        if not odd:
+            return ""
+        return (
+            f"{self.what} gives other {odd} when it is made anew: it draws random numbers without a seed, or "
+            "remembers something in a global of its file; what it remembers belongs into its state, or into "
+            "the object that controller(robot) makes"
+        )
 
     def _trial(self) -> CompiledUserController:
         """The same as if it could be compiled, of an object that nothing has flown yet."""

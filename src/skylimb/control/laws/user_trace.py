@@ -14,6 +14,7 @@ from skylimb.control.laws.traced_step import TracedStep, traced_step
 from skylimb.control.missions.reference import Reference, zero_reference
 from skylimb.control.needs import PACE, Needs
 from skylimb.control.planning.vectoring import nominal_posture
+from skylimb.control.records import Command
 from skylimb.robots.model import Robot
 
 STEPS = 4
@@ -71,6 +72,35 @@ def _difference(trial: Any, step: TracedStep) -> str:
                     "numbers; the step may depend on its arguments alone, and uses functions of "
                     "skylimb.symbolic in place of math's"
                 )
+    return ""
+
+
+def unrepeatable(make: Callable[[], Any], needs: Needs, gains: Any, robot: Robot) -> str:
+    """Which part of its command a user's controller gives otherwise where it is made anew; empty where none.
+
+    Two that were made one after the other get the same measurements. So it is seen that it draws random
+    numbers that no seed says, and that a global of its file goes on from one flight to the next.
+
+    Args:
+        make: makes the user's object; it is flown by nobody else.
+        needs: of the controller.
+        gains: that its step gets.
+        robot: the controller's.
+    """
+
+    def commands() -> list[Command]:
+        made, rng = make(), np.random.default_rng(0)
+        state, given = made.initial_state(), list[Command]()
+        for _ in range(STEPS):
+            measurement, reference = shaken_hover(robot, rng, needs)
+            state, command, _ = made.step(gains, state, measurement, reference, PERIOD)
+            given.append(Command(*(np.array(part, dtype=float) for part in command)))
+        return given
+
+    for one, other in zip(commands(), commands(), strict=True):
+        for name, first, second in zip(Command._fields, one, other, strict=True):
+            if not np.array_equal(first, second, equal_nan=True):
+                return name
     return ""
 
 
