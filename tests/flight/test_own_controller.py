@@ -197,3 +197,50 @@ def test_a_controller_that_is_another_one_when_it_is_made_anew_is_a_note(
         assert "fails when it is made anew" in noted[0]
     elif noted:
         assert "gives other thrusts when it is made anew" in noted[0]
+
+
+TABLED = """from dataclasses import dataclass
+from pathlib import Path
+FILES = NAMED
+SCALE = float(open(OPENED).read())
+@dataclass(frozen=True)
+class Gains: ...
+def initial_state(gains, start): return ()
+def step(gains, state, inputs):
+    return state, SCALE * inputs.estimate.body.model.mass * inputs.estimate.body.model.gravity, {}
+"""
+BESIDE = 'Path(__file__).parent / "scale.csv"'
+
+
+@pytest.mark.parametrize(
+    ("opened", "named", "noted"),
+    [
+        (BESIDE, "()", True),
+        ('"scale.csv"', "()", True),
+        (BESIDE, '("scale.csv",)', False),
+        (BESIDE.replace("scale.csv", ".cache"), "()", False),  # a cache is nobody's table
+    ],
+)
+def test_a_file_that_a_law_opens_and_does_not_name_is_a_note(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, opened: str, named: str, noted: bool
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("scale.csv", ".cache"):
+        (tmp_path / name).write_text("1.0")
+    text = TABLED.replace("NAMED", named).replace("OPENED", opened)
+    (tmp_path / "law.py").write_text(text, encoding="utf-8")
+    run = skylimb.run("paper", "pid", set={**HOLD, "stop_at": 0.1, "controller.translation.law": "law.py"})
+    assert any(name.endswith("scale.csv") for name in run.sources) == ("scale" in named)
+    told = (
+        "this run cannot be repeated: 'law.py' opens 'scale.csv', of which no copy is kept: put it beside, "
+        f'write FILES = ("scale.csv",), and open {BESIDE}'
+    )
+    assert [note for note in run.notes if "repeated" in note] == ([told] if noted else [])
+
+
+@pytest.mark.parametrize("files", ['"table.csv"', "(1,)"])
+def test_files_are_a_tuple_of_names(tmp_path: Path, files: str) -> None:
+    (tmp_path / "table.csv").write_text("1.0")
+    (tmp_path / "own.py").write_text(f"FILES = {files}\ndef controller(robot): return None\n")
+    with pytest.raises(ConfigError, match=r"'own\.py': FILES = .* should be a tuple of names"):
+        skylimb.run("paper", str(tmp_path / "own.py"), set=HOLD)

@@ -15,7 +15,7 @@ from skylimb.analysis.recording.origin import SOURCES
 from skylimb.base.errors import UnreadableError
 from skylimb.base.keys import files_of
 from skylimb.base.sources import Source, read_source
-from skylimb.base.user_modules import sources_of_module
+from skylimb.base.user_modules import sources_of_module, unnamed_files
 from skylimb.control.cascade import Cascade
 from skylimb.control.controller import Controller
 from skylimb.control.laws.slots import SLOTS, Slot
@@ -102,20 +102,27 @@ def _laws(controller: Controller) -> list[tuple[str, Slot]]:
 def _not_repeatable(controller: Controller) -> list[str]:
     """Why a controller cannot be made again from its files."""
     if isinstance(controller, Cascade):
-        return [
+        unnamed = [line for _, slot in _laws(controller) for line in unnamed_files(_module_of(slot.law))]
+        return unnamed + [
             f"the {name} law '{slot.name}' was handed over as an object, not as a file"
             for name, slot in _laws(controller)
             if not getattr(slot.law, "sources", ()) and not _is_ours(slot.law)
         ]
     if getattr(controller, "sources", ()):
         odd = controller.unrepeatable if isinstance(controller, UserController) else ""
-        return [odd] if odd else []
+        return [*unnamed_files(_module_of(controller)), *([odd] if odd else [])]
     code = _code_of(controller)
     kept = f"a copy of {code[0].path.name} is kept" if code else "its class stands in no file"
     return [
         f"controller '{controller.name}' was handed over as an object, and how it was made is not known "
         f"({kept}); a Python file with controller(robot) can be flown again"
     ]
+
+
+def _module_of(made: Any) -> Any:
+    """The user's module that a law or a controller was made from."""
+    origin = getattr(made, "origin", None)
+    return sys.modules.get(origin.make.__module__) if origin else getattr(made, "module", None)
 
 
 def _is_ours(law: Any) -> bool:
