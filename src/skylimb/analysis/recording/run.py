@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import io
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar
@@ -299,3 +299,18 @@ def _dataset(source: Path | io.BytesIO, path: str) -> xr.Dataset:
             f"'{path}' has format version {version}, skylimb here reads up to {FORMAT_VERSION}: update it"
         )
     return log
+
+
+def lines_of_runs(lines: Mapping[str, Iterable[str]]) -> tuple[str, ...]:
+    """What is said of some runs, each line once; in front the runs that it is of, where not of all.
+
+    Args:
+        lines: by the name of a run.
+    """
+    of: dict[str, list[str]] = {}
+    for name, said in lines.items():
+        for line in dict.fromkeys(said):
+            of.setdefault(line, []).append(name)
+    return tuple(
+        line if len(names) == len(lines) else f"{', '.join(names)}: {line}" for line, names in of.items()
+    )
