@@ -220,3 +220,12 @@ def test_a_list_of_the_file_that_grows_is_not_compiled_away(tmp_path: Path, robo
     assert why == "step changes 'ONES' of its file at every call; memory belongs into its state"
     filled = LAW.replace("    return", "    if not ONES: ONES.append(1)\n    return")
     assert not read(tmp_path, robot, filled).in_python
+
+
+def test_the_ending_of_a_laws_file_is_missed(tmp_path: Path, robot: Robot) -> None:
+    (tmp_path / "mine.py").write_text(LAW, encoding="utf-8")
+    tables, _ = preset_mapping("hybrid")
+    tables["translation"] = {"law": "mine"}
+    (tmp_path / "own.toml").write_text(write_toml(tables), encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"unknown translation law 'mine'; did you mean 'mine\.py'\?"):
+        load_controller(str(tmp_path / "own.toml"), robot)
