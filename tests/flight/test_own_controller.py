@@ -238,6 +238,16 @@ def test_a_file_that_a_law_opens_and_does_not_name_is_a_note(
     assert [note for note in run.notes if "repeated" in note] == ([told] if noted else [])
 
 
+def test_so_is_a_file_that_a_surface_opens(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "slope.csv").write_text("0.1")
+    text = 'SLOPE = float(open("slope.csv").read())\ndef height(u, v, keys): return SLOPE * u\n'
+    (tmp_path / "ramp.py").write_text(text)
+    run = skylimb.run("paper", "pid", set={**HOLD, "stop_at": 0.1, "surface.kind": "ramp.py"})
+    (note,) = [note for note in run.notes if "repeated" in note]
+    assert "'ramp.py' opens 'slope.csv', of which no copy is kept" in note
+
+
 @pytest.mark.parametrize("files", ['"table.csv"', "(1,)"])
 def test_files_are_a_tuple_of_names(tmp_path: Path, files: str) -> None:
     (tmp_path / "table.csv").write_text("1.0")

@@ -161,16 +161,20 @@ def sources_of_module(module: object) -> tuple[Source, ...]:
     return tuple(loader.read) if isinstance(loader, _Loader) else ()
 
 
-def unnamed_files(module: object) -> list[str]:
-    """What a user's module has opened as it was imported and `FILES` does not name: a sentence each."""
-    loader = getattr(module, "__loader__", None)
+def unnamed_files(path: Path) -> list[str]:
+    """What a user's file has opened as it was imported and `FILES` does not name: a sentence each.
+
+    Args:
+        path: of the file, absolute and without symbolic links.
+    """
+    loader = getattr(sys.modules.get(_module_name(path)), "__loader__", None)
     if not isinstance(loader, _Loader):
         return []
     known, home = {source.path for source in loader.read}, loader.path.parent
     said = []
-    for path in dict.fromkeys(loader.opened):
-        if path not in known:
-            name = path.relative_to(home).as_posix() if path.is_relative_to(home) else path.name
+    for opened in dict.fromkeys(loader.opened):
+        if opened not in known:
+            name = opened.relative_to(home).as_posix() if opened.is_relative_to(home) else opened.name
             said.append(
                 f"'{loader.path.name}' opens '{name}', of which no copy is kept: put it beside, write "
                 f'FILES = ("{name}",), and open Path(__file__).parent / "{name}"'

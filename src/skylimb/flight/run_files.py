@@ -58,6 +58,8 @@ def run_files(plan: FlightPlan) -> RunFiles:
         if not bundle or bundle[0].shipped:
             continue
         root, first = _root(bundle), bundle[0].path
+        if key and key != _USED:
+            problems += unnamed_files(first)
         if root is None:
             problems.append(f"{key}: '{first.name}' needs files that lie far from it")
             root = first.parent
@@ -102,27 +104,20 @@ def _laws(controller: Controller) -> list[tuple[str, Slot]]:
 def _not_repeatable(controller: Controller) -> list[str]:
     """Why a controller cannot be made again from its files."""
     if isinstance(controller, Cascade):
-        unnamed = [line for _, slot in _laws(controller) for line in unnamed_files(_module_of(slot.law))]
-        return unnamed + [
+        return [
             f"the {name} law '{slot.name}' was handed over as an object, not as a file"
             for name, slot in _laws(controller)
             if not getattr(slot.law, "sources", ()) and not _is_ours(slot.law)
         ]
     if getattr(controller, "sources", ()):
         odd = controller.unrepeatable if isinstance(controller, UserController) else ""
-        return [*unnamed_files(_module_of(controller)), *([odd] if odd else [])]
+        return [odd] if odd else []
     code = _code_of(controller)
     kept = f"a copy of {code[0].path.name} is kept" if code else "its class stands in no file"
     return [
         f"controller '{controller.name}' was handed over as an object, and how it was made is not known "
         f"({kept}); a Python file with controller(robot) can be flown again"
     ]
-
-
-def _module_of(made: Any) -> Any:
-    """The user's module that a law or a controller was made from."""
-    origin = getattr(made, "origin", None)
-    return sys.modules.get(origin.make.__module__) if origin else getattr(made, "module", None)
 
 
 def _is_ours(law: Any) -> bool:

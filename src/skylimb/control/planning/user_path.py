@@ -115,7 +115,10 @@ def _points(function: Callable[..., Any], times: np.ndarray, what: str) -> np.nd
     """The path at some times, (k, 2)."""
     with UserCode(what):
         found = function(times.copy())
-        points = np.asarray(found, dtype=float)
+        points = np.asarray(found)
+        if np.iscomplexobj(points):
+            raise UserCodeError(f"{what} returned complex numbers, expected real ones")
+        points = points.astype(float)
     if points.shape == (2, len(times)) and isinstance(found, tuple | list):
         points = points.T
     if points.shape != (len(times), 2):
