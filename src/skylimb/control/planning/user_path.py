@@ -81,6 +81,11 @@ def user_path(
     count = int(np.clip(np.ceil(duration / _STEP), _FEWEST, _MOST)) + 1
     times = np.linspace(0.0, duration, count)
     points = _points(called, times, what)
+    if not np.array_equal(points, _points(called, times, what)):
+        raise UserCodeError(
+            f"{what} gives other places when it is called again: it remembers nothing, and draws no random "
+            "numbers; draw them above the function, with a seed"
+        )
     _require_continuous(called, times, points, what)
     spline = _cubic_spline(times, points[::direction])
     _, *rates = spline(times)
