@@ -53,7 +53,7 @@ def run_files(plan: FlightPlan) -> RunFiles:
     files: dict[str, bytes] = {}
     places: dict[str, str] = {}
     used: list[str] = []
-    problems = _not_repeatable(plan.controller)
+    problems = not_repeatable(plan.controller)
     for key, bundle in _bundles(plan):
         if not bundle or bundle[0].shipped:
             continue
@@ -101,8 +101,8 @@ def _laws(controller: Controller) -> list[tuple[str, Slot]]:
     return list(zip(SLOTS, controller.preset.slots, strict=True)) if isinstance(controller, Cascade) else []
 
 
-def _not_repeatable(controller: Controller) -> list[str]:
-    """Why a controller cannot be made again from its files."""
+def not_repeatable(controller: Controller) -> list[str]:
+    """Why a controller cannot be made again from its files, one line each."""
     if isinstance(controller, Cascade):
         return [
             f"the {name} law '{slot.name}' was handed over as an object, not as a file"
