@@ -114,9 +114,11 @@ def not_repeatable(controller: Controller) -> list[str]:
         return [odd] if odd else []
     code = _code_of(controller)
     kept = f"a copy of {code[0].path.name} is kept" if code else "its class stands in no file"
+    changed = controller.changed if isinstance(controller, UserController) else ""
+    spent = f"; it has changed its own '{changed}', with which its next flight begins" if changed else ""
     return [
         f"controller '{controller.name}' was handed over as an object, and how it was made is not known "
-        f"({kept}); a Python file with controller(robot) can be flown again"
+        f"({kept}){spent}; a Python file with controller(robot) can be flown again"
     ]
 
 

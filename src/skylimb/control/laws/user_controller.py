@@ -27,7 +27,7 @@ from skylimb.base.user_code import UserCode, described, guarded, returned
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.laws.results import checked
 from skylimb.control.laws.user_functions import traceable, with_floats_of
-from skylimb.control.laws.user_trace import PERIOD, shaken_hover, unrepeatable, untraceable
+from skylimb.control.laws.user_trace import PERIOD, plain_attributes, shaken_hover, unrepeatable, untraceable
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import Needs, needs_of
 from skylimb.control.records import Command
@@ -77,6 +77,7 @@ class UserController:
     def __init__(self, made: Any, robot: Robot, origin: Origin | None = None, gains: Any = None) -> None:
         self.made, self.robot, self.origin = made, robot, origin
         self.what = f"controller '{self.name}'"
+        self._before = {} if origin else plain_attributes(made)
         with UserCode(self.what):
             given = made.gains() if gains is None else gains
         self._settings = given if dataclasses.is_dataclass(given) and not isinstance(given, type) else None
@@ -184,6 +185,12 @@ class UserController:
     def untraceable(self) -> str:
         """Why it cannot be compiled, in a sentence; empty where it can."""
         return untraceable(self._trial)
+
+    @property
+    def changed(self) -> str:
+        """The first attribute of an object at hand that its flight has changed; empty where none."""
+        now = {} if self.origin else plain_attributes(self.made)
+        return next((name for name in sorted(now) if now[name] != self._before.get(name)), "")
 
     @cached_property
     def unrepeatable(self) -> str:

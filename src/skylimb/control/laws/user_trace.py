@@ -114,7 +114,7 @@ def differing(layout: Layout[Any], one: np.ndarray, other: np.ndarray) -> Iterat
 def plain_attributes(made: Any) -> dict[str, str]:
     """The plain values of an object or a module, as text: to see whether a step has changed them."""
     plain = (int, float, str, list, dict, tuple, set, np.ndarray, type(None))
-    known = {name: value for name, value in vars(made).items() if not name.startswith("__")}
+    known = {name: value for name, value in getattr(made, "__dict__", {}).items() if name[:2] != "__"}
     return {name: repr(value) for name, value in known.items() if isinstance(value, plain)}
 
 
