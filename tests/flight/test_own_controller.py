@@ -238,6 +238,21 @@ def test_a_file_that_a_law_opens_and_does_not_name_is_a_note(
     assert [note for note in run.notes if "repeated" in note] == ([told] if noted else [])
 
 
+def test_what_an_installed_package_opens_is_its_own_affair(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "site-packages").mkdir()
+    (tmp_path / "site-packages" / "opening_package.py").write_text('TEXT = open("its.cfg").read()\n')
+    monkeypatch.syspath_prepend(tmp_path / "site-packages")
+    (tmp_path / "its.cfg").write_text("1.0")
+    text = "import opening_package\ndef height(u, v, keys): return 0.1 * u\n"
+    (tmp_path / "ramp.py").write_text(text)
+    run = skylimb.run("paper", "pid", set={**HOLD, "stop_at": 0.1, "surface.kind": "ramp.py"})
+    assert "opening_package" in sys.modules
+    assert not [note for note in run.notes if "repeated" in note]
+
+
 def test_so_is_a_file_that_a_surface_opens(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "slope.csv").write_text("0.1")

@@ -18,11 +18,11 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib.machinery import ModuleSpec
 from pathlib import Path
-from types import ModuleType
+from types import FrameType, ModuleType
 
 from skylimb.base.errors import ConfigError, UnreadableError
 from skylimb.base.sources import Source, read_source
-from skylimb.base.user_code import UserCode
+from skylimb.base.user_code import UserCode, is_users
 
 _INSTALLED = tuple(Path(sysconfig.get_path(name)) for name in ("purelib", "platlib", "stdlib"))
 
@@ -192,8 +192,18 @@ def _hear(event: str, given: tuple[object, ...]) -> None:
     opened, folders = _LISTENING[-1]
     path = Path(given[0]).absolute()
     theirs = any(path.is_relative_to(folder) for folder in folders) and not _of_others(path)
-    if theirs and path.suffix not in (".py", ".pyc") and "w" not in str(given[1]) and path.is_file():
+    read = path.suffix not in (".py", ".pyc") and "w" not in str(given[1])
+    if theirs and read and path.is_file() and _asked_by_them(sys._getframe(1)):
         opened.append(path.resolve())
+
+
+def _asked_by_them(frame: FrameType | None) -> bool:
+    """Whether a user's own line is behind a call, and not the import of another package."""
+    while frame and not frame.f_code.co_filename.startswith("<frozen importlib"):
+        if is_users(frame.f_code.co_filename):
+            return True
+        frame = frame.f_back
+    return False
 
 
 @functools.cache
