@@ -64,5 +64,6 @@ def test_one_entry_of_casadis_is_what_is_wanted_in_its_place() -> None:
     assert number(one, (1,)).shape == (1,)
     assert number(one, (3,)) == 2.0, "a wrong shape is seen by whoever wants it"
     flat = np.zeros(2)
-    Layout((np.zeros(1), 0.0)).writer(flat)((one, one))
+    template: tuple[Any, Any] = np.zeros(1), 0.0
+    Layout(template).writer(flat)((one, one))
     np.testing.assert_array_equal(flat, [2.0, 2.0])

@@ -151,9 +151,7 @@ def test_signals_are_those_of_the_first_tick(tmp_path: Path, signals: str, messa
 
 def test_a_surface_is_no_controller(tmp_path: Path) -> None:
     (tmp_path / "bumps.py").write_text("def height(u, v, keys): return 0.0 * u\n", encoding="utf-8")
-    with pytest.raises(
-        ConfigError, match=r"bumps\.py' is a surface, not a controller; .*surface\.kind="
-    ):
+    with pytest.raises(ConfigError, match=r"bumps\.py' is a surface, not a controller; .*surface\.kind="):
         skylimb.run("paper", str(tmp_path / "bumps.py"), set=HOLD)
 
 
