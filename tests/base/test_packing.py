@@ -4,7 +4,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from skylimb.base.packing import Layout, numeric, pack_rows
+from skylimb.base.packing import Layout, number, numeric, pack_rows
 
 
 class Inner(NamedTuple):
@@ -56,3 +56,14 @@ def test_a_record_that_does_not_fit_is_refused() -> None:
 
 def test_numeric_turns_tuples_into_arrays() -> None:
     assert isinstance(numeric({"k": (1.0, 2.0)})["k"], np.ndarray)
+
+
+def test_one_entry_of_casadis_is_what_is_wanted_in_its_place() -> None:
+    one = ca.DM([2.0])
+    assert isinstance(number(one), float)
+    assert number(one, (1,)).shape == (1,)
+    assert number(one, (3,)) == 2.0, "a wrong shape is seen by whoever wants it"
+    flat = np.zeros(2)
+    template: tuple[Any, Any] = np.zeros(1), 0.0
+    Layout(template).writer(flat)((one, one))
+    np.testing.assert_array_equal(flat, [2.0, 2.0])

@@ -46,6 +46,18 @@ def users(folder: Path, body: str, imports: str = "") -> Callable[..., Any]:
             "'SX' object has no attribute 'nothing'; skylimb.symbolic has",
         ),
         ("", "return 1 / 0", "ZeroDivisionError: division by zero$"),
+        (
+            "from skylimb.control.estimation.records import Wrench",
+            "return Wrench(x, x).forces",
+            r"'Wrench' object has no attribute 'forces'; did you mean 'force'\? \(known: force, torque\)$",
+        ),
+        (
+            "from skylimb.control.estimation.records import Wrench",
+            "return Wrench(x, x).moment",
+            r"has no attribute 'moment'.*\(known: force, torque\)$",
+        ),
+        ("import math", "return math.sine", r"has no attribute 'sine'; did you mean 'sin'\?$"),
+        ("", "from .tools import x", "relative import.*; files beside it are imported by their names, as in"),
     ],
 )
 def test_an_error_names_the_users_line_and_the_remedy(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -40,6 +41,41 @@ def test_all_drivers_fly_the_same() -> None:
     np.testing.assert_array_equal(fastest.signals[: fastest.ticks], compiled.signals[: compiled.ticks])
     for name in ("configuration", "thrusts_command", "gyro_bias_estimate"):
         np.testing.assert_allclose(slow.signal(name), compiled.signal(name), atol=1e-9, err_msg=name)
+
+
+LAW = """from dataclasses import dataclass
+@dataclass(frozen=True)
+class Gains: ...
+def initial_state(gains, start): return ()
+def step(gains, state, inputs):
+    body, reference, felt = inputs.estimate.body, inputs.reference, inputs.measurement.imu
+    pull = 4.0 * (reference.position - body.position) - 3.0 * body.velocity
+    return state, body.model.mass * (pull + body.model.gravity), {"felt": felt.specific_force}
+"""
+
+OWN = """import numpy as np, skylimb
+from skylimb.control.needs import Needs
+class Own:
+    name, needs = "own", Needs(imu=True)
+    def gains(self): return None
+    def initial_state(self): return ()
+    def step(self, gains, state, measurement, reference, dt):
+        command = skylimb.Command(np.full(4, 10.0), reference.joint_angles, reference.vectoring_angles)
+        return state, command, {"felt": measurement.imu.specific_force}
+def controller(robot): return Own()
+"""
+
+
+def test_a_law_and_a_controller_of_ones_own_see_it(tmp_path: Path) -> None:
+    (tmp_path / "law.py").write_text(LAW)
+    (tmp_path / "own.py").write_text(OWN)
+    law = {"controller.translation.law": str(tmp_path / "law.py")}
+    short = {**HOLD, "stop_at": 0.2}
+    for controller, sets in (("pid", {**IMU, **law}), (str(tmp_path / "own.py"), {"sensors.imu.on": True})):
+        run = skylimb.run("paper", controller, set={**short, **sets})
+        assert run.status == "STOPPED", run.cause
+        assert np.isfinite(run.log.felt).all()
+        assert 5.0 < abs(float(run.log.felt[-1, 2])) < 15.0
 
 
 def test_the_state_is_known_better() -> None:

@@ -107,6 +107,25 @@ def test_it_is_said_once_with_its_cost_and_its_reason(
     )
 
 
+def test_what_several_take_is_said_of_them_together(
+    presets: dict[str, str], tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / "still.py").write_text(
+        "class Gains: ...\ndef initial_state(gains, start): return ()\n"
+        "def step(gains, state, inputs, R_target): return state, [float(0 * x) for x in R_target[0]], {}\n"
+    )
+    still = tmp_path / "still.py"
+    still.write_text(f"from dataclasses import dataclass\n@dataclass(frozen=True)\n{still.read_text()}")
+    with caplog.at_level(logging.WARNING, "skylimb"):
+        skylimb.run("paper", presets["plain"], set={**SHORT, "controller.attitude.law": str(still)})
+    (said,) = caplog.messages
+    assert re.match(
+        r"translation law 'plain\.py' and attitude law '.*still\.py' fly in Python, \d+ us a tick \(.*\) "
+        r"together: .*plain\.py, line .*; .*still\.py, line ",
+        said,
+    )
+
+
 @pytest.mark.parametrize(
     ("line", "told"),
     [

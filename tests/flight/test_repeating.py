@@ -311,6 +311,25 @@ def test_a_controller_that_was_handed_over_says_why_it_cannot_be_repeated(tmp_pa
     assert tomllib.loads(run.config)["recorded"]["not_repeatable"]
 
 
+class Counting(Object):
+    """One that remembers its ticks itself."""
+
+    def __init__(self) -> None:
+        self.ticks = 0
+
+    def step(self, gains, state, measurement, reference, dt):
+        self.ticks += 1
+        return super().step(gains, state, measurement, reference, dt)
+
+
+def test_a_controller_at_hand_that_remembers_says_that_its_next_flight_is_another_one() -> None:
+    experiment = load_experiment("free_flight", {"phases.settle": 0.1, "terminations.height": 0.5})
+    (note,) = skylimb.run(experiment, controller=Counting()).notes  # type: ignore[arg-type]
+    assert "; it has changed its own 'ticks', with which its next flight begins; a Python file" in note
+    (note,) = skylimb.run(experiment, controller=Object()).notes  # type: ignore[arg-type]
+    assert "its own" not in note
+
+
 def test_a_robot_of_ones_own_is_kept_with_its_vectoring_angles(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 from skylimb.analysis.recording import folder as recorded
 from skylimb.analysis.recording.run import Run as Record
-from skylimb.base.errors import of_extras
+from skylimb.base.errors import of_extras, unknown_key
 
 
 class Run(Record):
@@ -39,6 +39,10 @@ class Run(Record):
 
 class Runs(dict[str, Run]):
     """Runs by name, in the order in which they were asked for."""
+
+    def __missing__(self, name: object) -> Run:
+        """Raise an `UnknownKeyError` with the nearest name."""
+        raise unknown_key("run", name, self)
 
     def plot(self, what: str = "") -> Any:
         """A matplotlib figure of all of them; see `Run.plot`."""

@@ -30,6 +30,12 @@ class UnknownNameError(ConfigError):
     """A name that is not among those known: an experiment, controller, robot, key or signal."""
 
 
+class UnknownKeyError(UnknownNameError, KeyError):
+    """The same where a table was asked for the name, as in `run.metrics["eror"]`."""
+
+    __str__ = Exception.__str__  # a KeyError's own shows its text in quotes
+
+
 class UserCodeError(ConfigError):
     """An error in a user's own Python: a law, a controller, a path, a metric or a figure."""
 
@@ -151,6 +157,11 @@ def unknown_name(kind: str, name: str, known: Iterable[str], endings: Iterable[s
     listed = ", ".join(known or ["none"]) if len(known) <= 24 else f"{', '.join(known[:24])}, ..."
     name = name if len(name) <= _LONG_NAME else f"{name[:_LONG_NAME]}..."
     return UnknownNameError(f"unknown {kind} {name!r}{hint} (known: {listed})")
+
+
+def unknown_key(kind: str, name: object, known: Iterable[str]) -> UnknownKeyError:
+    """The same for a table that has no such entry: a KeyError as well, for whoever catches one."""
+    return UnknownKeyError(str(unknown_name(kind, str(name), known)))
 
 
 def choice_error(option: str, value: str, choices: Iterable[str]) -> ConfigError:

@@ -128,10 +128,17 @@ def chosen(first: Any, one: R, other: R) -> R:
     return layout.unpack(where(first, layout.pack(one), layout.pack(other)))
 
 
-def number(value: Any) -> Any:
-    """A float or an array, also from CasADi's numbers, whose vectors are columns."""
+def number(value: Any, shape: tuple[int, ...] = ()) -> Any:
+    """A float or an array, also from CasADi's numbers, whose vectors are columns.
+
+    Args:
+        value: a number or numbers.
+        shape: that is wanted; CasADi does not tell a vector of one entry from a number.
+    """
     array = np.asarray(as_numpy(value), dtype=float)
-    return array.item() if array.ndim == 0 or (is_symbolic(value) and array.size == 1) else array
+    if is_symbolic(value):
+        array = array.reshape(shape_of(value, shape))
+    return array.item() if array.ndim == 0 else array
 
 
 def with_floats(record: Any) -> Any:

@@ -75,7 +75,7 @@ def _array(value: Any, path: str, shape: tuple[int, ...]) -> np.ndarray:
     except (TypeError, ValueError):
         raise _odd(path, _kind(value), _sized(shape)) from None
     if is_symbolic(value):  # CasADi's vectors are columns
-        array = array.reshape(shape_of(value))
+        array = array.reshape(shape_of(value, shape))
     if array.shape != shape:
         raise _odd(path, _sized(array.shape), _sized(shape))
     return array

@@ -70,9 +70,16 @@ def below(path: str, name: str) -> str:
     return f"{path}.{name}" if path else name
 
 
-def shape_of(leaf: Any) -> tuple[int, ...]:
-    """Of a leaf; a symbolic column is a vector, one entry a number."""
+def shape_of(leaf: Any, wanted: tuple[int, ...] = ()) -> tuple[int, ...]:
+    """Of a leaf; a symbolic column is a vector, one entry a number.
+
+    Args:
+        leaf: a number or numbers.
+        wanted: what one symbolic entry is where one entry is wanted, such as a vector of one.
+    """
     if is_symbolic(leaf):
         rows, columns = leaf.shape
+        if rows == columns == 1 and set(wanted) <= {1}:
+            return wanted
         return () if rows == columns == 1 else (rows,) if columns == 1 else (rows, columns)
     return np.shape(leaf)

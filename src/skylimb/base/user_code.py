@@ -19,7 +19,7 @@ from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Any, Literal, NamedTuple, TypeVar
 
-from skylimb.base.errors import SkylimbError, UserCodeError
+from skylimb.base.errors import SkylimbError, UserCodeError, did_you_mean, nearest
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -62,6 +62,8 @@ _REMEDIES = (
 
 _READ_ONLY = "what is given cannot be written to: work on a copy, as in `x = x + dx` in place of `x += dx`"
 
+
+_RELATIVE = "files beside it are imported by their names, as in `from tools import filtered`, without a dot"
 
 _SPEAK_FOR_THEMSELVES = (_NO_FLOAT, "truth value of a CasADi", "Implicit conversion of symbolic")
 """Messages in whose place the remedy alone is shown."""
@@ -177,7 +179,21 @@ def described(error: Exception | SystemExit) -> str:
         if re.search(pattern, text):
             return remedy if pattern in _SPEAK_FOR_THEMSELVES else f"{text}; {remedy}"
     text = f"{text}; {_READ_ONLY}" if isinstance(error, ValueError) and "read-only" in text else text
+    if isinstance(error, ImportError) and "relative import" in text:
+        text = f"{text}; {_RELATIVE}"
+    if isinstance(error, AttributeError):
+        text += _other_attributes(error)
     return f"{type(error).__name__}: {text}".removesuffix(": ")
+
+
+def _other_attributes(error: AttributeError) -> str:
+    """The nearest attribute that is there, and all fields of a record; empty where the error says enough."""
+    name, owner = error.name, error.obj
+    if not name or owner is None or "did you mean" in str(error).lower():
+        return ""
+    fields = [known for known in getattr(owner, "_fields", ()) if isinstance(known, str)]
+    near = nearest(name, fields) or nearest(name, [known for known in dir(owner) if known[:1] != "_"])
+    return did_you_mean(near) + (f" (known: {', '.join(fields)})" if fields else "")
 
 
 def is_users(file: str) -> bool:

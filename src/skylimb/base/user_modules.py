@@ -6,6 +6,7 @@ a second is read twice. Imports of the file are sought in its own folder first, 
 
 from __future__ import annotations
 
+import functools
 import importlib.abc
 import importlib.util
 import os
@@ -17,28 +18,35 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib.machinery import ModuleSpec
 from pathlib import Path
-from types import ModuleType
+from types import FrameType, ModuleType
 
 from skylimb.base.errors import ConfigError, UnreadableError
 from skylimb.base.sources import Source, read_source
-from skylimb.base.user_code import UserCode
+from skylimb.base.user_code import UserCode, is_users
 
 _INSTALLED = tuple(Path(sysconfig.get_path(name)) for name in ("purelib", "platlib", "stdlib"))
 
 
 class _Loader(importlib.abc.SourceLoader):
-    """Loads one file; `read` is the list of all files that were read for the user's module."""
+    """Loads one file of a user's.
+
+    Attributes:
+        path: of the file.
+        read: all files that were read for the user's module.
+        opened: other files of the user's that its code has opened meanwhile.
+    """
 
     def __init__(self, path: Path, read: list[Source]) -> None:
-        self._path, self._source = path, None
+        self.path, self._source = path, None
         self.read = read
+        self.opened: list[Path] = []
 
     def get_filename(self, fullname: str) -> str:
-        return str(self._path)
+        return str(self.path)
 
     def get_data(self, path: str) -> bytes:  # type: ignore[override]
         if self._source is None:
-            self._source = read_source(self._path)
+            self._source = read_source(self.path)
             self.read.append(self._source)
         return self._source.content
 
@@ -128,18 +136,96 @@ def _executed(path: Path, name: str) -> ModuleType:
     sys.modules[name] = module
     try:
         with UserCode(f"import of '{path.name}'"), _importing_beside(path.parent, read), _same_folder(path):
-            loader.exec_module(module)
-            read += [read_source(path.parent / name) for name in getattr(module, "FILES", ())]
+            with _noticing(loader.opened, (path.parent, Path.cwd())):
+                loader.exec_module(module)
+            read += [read_source(path.parent / name) for name in _named_files(module, path)]
     except BaseException:
         del sys.modules[name]
         raise
     return module
 
 
+def _named_files(module: ModuleType, path: Path) -> Sequence[str]:
+    """What a user's module names in `FILES`; a `ConfigError` where that is no list of names."""
+    files = getattr(module, "FILES", ())
+    if not isinstance(files, tuple | list) or not all(isinstance(name, str | os.PathLike) for name in files):
+        raise ConfigError(
+            f"'{path.name}': FILES = {files!r} should be a tuple of names, as in FILES = (\"table.csv\",)"
+        )
+    return files
+
+
 def sources_of_module(module: object) -> tuple[Source, ...]:
     """Every file that was read for a user's module, its own first; none for other modules and objects."""
     loader = getattr(module, "__loader__", None)
     return tuple(loader.read) if isinstance(loader, _Loader) else ()
+
+
+def unnamed_files(path: Path) -> list[str]:
+    """What a user's file has opened as it was imported and `FILES` does not name: a sentence each.
+
+    Args:
+        path: of the file, absolute and without symbolic links.
+    """
+    loader = getattr(sys.modules.get(_module_name(path)), "__loader__", None)
+    if not isinstance(loader, _Loader):
+        return []
+    known, home = {source.path for source in loader.read}, loader.path.parent
+    said = []
+    for opened in dict.fromkeys(loader.opened):
+        if opened not in known:
+            name = opened.relative_to(home).as_posix() if opened.is_relative_to(home) else opened.name
+            said.append(
+                f"'{loader.path.name}' opens '{name}', of which no copy is kept: put it beside, write "
+                f'FILES = ("{name}",), and open Path(__file__).parent / "{name}"'
+            )
+    return said
+
+
+_LISTENING: list[tuple[list[Path], tuple[Path, ...]]] = []
+"""Where opened files are noted, and the folders in which they count; the last one counts."""
+
+
+def _hear(event: str, given: tuple[object, ...]) -> None:
+    if event != "open" or not _LISTENING or not isinstance(given[0], str | os.PathLike):
+        return
+    opened, folders = _LISTENING[-1]
+    path = Path(given[0]).absolute()
+    theirs = any(path.is_relative_to(folder) for folder in folders) and not _of_others(path)
+    read = path.suffix not in (".py", ".pyc") and "w" not in str(given[1])
+    if theirs and read and path.is_file() and _asked_by_them(sys._getframe(1)):
+        opened.append(path.resolve())
+
+
+def _asked_by_them(frame: FrameType | None) -> bool:
+    """Whether a user's own line is behind a call, and not the import of another package."""
+    while frame and not frame.f_code.co_filename.startswith("<frozen importlib"):
+        if is_users(frame.f_code.co_filename):
+            return True
+        frame = frame.f_back
+    return False
+
+
+@functools.cache
+def _hearing() -> None:
+    sys.addaudithook(_hear)  # once: Python takes none back
+
+
+@contextmanager
+def _noticing(opened: list[Path], folders: tuple[Path, ...]) -> Iterator[None]:
+    """Note the files in some folders that are opened inside of the block."""
+    _hearing()
+    _LISTENING.append((opened, folders))
+    try:
+        yield
+    finally:
+        _LISTENING.pop()
+
+
+def _of_others(path: Path) -> bool:
+    """Whether a file belongs to a cache, an environment or an installed package."""
+    hidden = any(part.startswith(".") for part in path.parts)
+    return hidden or any(path.is_relative_to(folder) for folder in _INSTALLED)
 
 
 def _module_name(path: Path) -> str:

@@ -206,6 +206,11 @@ def _users_controller(file: str, robot: Robot) -> UserController:
             f"file '{file}' is a law, not a controller; name it in the slot of a preset, as in [translation] "
             f'law = "{file}", or for one flight: --controller hybrid --set controller.translation.law={file}'
         )
+    if not hasattr(module, "controller") and (hasattr(module, "height") or hasattr(module, "closest")):
+        raise ConfigError(
+            f"file '{file}' is a surface, not a controller; name it in an experiment, as in [surface] kind = "
+            f'"{file}", or for one flight: --set surface.kind={file}'
+        )
     module = load_module(Path(file), ("controller",))
     origin = Origin(Path(file).as_posix(), module.controller, sources_of_module(module))
     return user_controller(origin.made(robot), robot, origin)

@@ -43,8 +43,12 @@ def fly(takeoff: Takeoff, progress: Progress | None = None) -> Flight:
 
 def flew_in_python(controller: Controller, time: PythonTime) -> str:
     """What of a controller was not compiled, what a tick of it costs, and why; empty where nothing."""
-    parts = python_parts(controller).items()
-    return "; ".join(f"{what} flies in Python, {time}{why and f': {why}'}" for what, why in parts)
+    parts = python_parts(controller)
+    if not parts:
+        return ""
+    names, why = " and ".join(parts), "; ".join(filter(None, parts.values()))
+    fly, together = ("fly", " together") if len(parts) > 1 else ("flies", "")
+    return f"{names} {fly} in Python, {time}{together}{why and f': {why}'}"
 
 
 def fly_here(takeoff: Takeoff, progress: Progress | None = None) -> Flight:

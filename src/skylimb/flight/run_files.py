@@ -15,10 +15,11 @@ from skylimb.analysis.recording.origin import SOURCES
 from skylimb.base.errors import UnreadableError
 from skylimb.base.keys import files_of
 from skylimb.base.sources import Source, read_source
-from skylimb.base.user_modules import sources_of_module
+from skylimb.base.user_modules import sources_of_module, unnamed_files
 from skylimb.control.cascade import Cascade
 from skylimb.control.controller import Controller
 from skylimb.control.laws.slots import SLOTS, Slot
+from skylimb.control.laws.user_controller import UserController
 from skylimb.control.planning.vectoring import vectoring_file
 from skylimb.flight.plan import FlightPlan
 from skylimb.robots.model import Robot
@@ -52,11 +53,13 @@ def run_files(plan: FlightPlan) -> RunFiles:
     files: dict[str, bytes] = {}
     places: dict[str, str] = {}
     used: list[str] = []
-    problems = _not_repeatable(plan.controller)
+    problems = not_repeatable(plan.controller)
     for key, bundle in _bundles(plan):
         if not bundle or bundle[0].shipped:
             continue
         root, first = _root(bundle), bundle[0].path
+        if key and key != _USED:
+            problems += unnamed_files(first)
         if root is None:
             problems.append(f"{key}: '{first.name}' needs files that lie far from it")
             root = first.parent
@@ -98,8 +101,8 @@ def _laws(controller: Controller) -> list[tuple[str, Slot]]:
     return list(zip(SLOTS, controller.preset.slots, strict=True)) if isinstance(controller, Cascade) else []
 
 
-def _not_repeatable(controller: Controller) -> list[str]:
-    """Why a controller cannot be made again from its files."""
+def not_repeatable(controller: Controller) -> list[str]:
+    """Why a controller cannot be made again from its files, one line each."""
     if isinstance(controller, Cascade):
         return [
             f"the {name} law '{slot.name}' was handed over as an object, not as a file"
@@ -107,12 +110,15 @@ def _not_repeatable(controller: Controller) -> list[str]:
             if not getattr(slot.law, "sources", ()) and not _is_ours(slot.law)
         ]
     if getattr(controller, "sources", ()):
-        return []
+        odd = controller.unrepeatable if isinstance(controller, UserController) else ""
+        return [odd] if odd else []
     code = _code_of(controller)
     kept = f"a copy of {code[0].path.name} is kept" if code else "its class stands in no file"
+    changed = controller.changed if isinstance(controller, UserController) else ""
+    spent = f"; it has changed its own '{changed}', with which its next flight begins" if changed else ""
     return [
         f"controller '{controller.name}' was handed over as an object, and how it was made is not known "
-        f"({kept}); a Python file with controller(robot) can be flown again"
+        f"({kept}){spent}; a Python file with controller(robot) can be flown again"
     ]
 
 

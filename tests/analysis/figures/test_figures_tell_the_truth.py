@@ -60,6 +60,12 @@ def test_a_drawings_file_is_named_without_its_folder():
     assert facts["Drawing"] == "cat.svg"
 
 
+def test_a_file_of_ones_own_is_called_by_its_name():
+    copy = "sources/bumps-672a6ef0/bumps.py"
+    facts = dict(_facts({"surface": {"kind": copy}, "trajectory": {"shape": f"{copy}:heart"}}))
+    assert (facts["Surface"], facts["Path"]) == ("bumps.py", "bumps.py:heart")
+
+
 def test_a_paths_facts_are_those_of_its_shape():
     path = {"radius": 0.3, "length": 0.6, "period": 14.0, "direction": 1}
 

@@ -1,6 +1,8 @@
 """A run comes back from its file bit for bit, and whatever is not a run is refused clearly."""
 
+import copy
 import json
+import pickle
 import sys
 
 import h5py
@@ -8,7 +10,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from skylimb.analysis.notebook_run import Runs
 from skylimb.analysis.recording import FORMAT_VERSION, Run
+from skylimb.analysis.scores.read_only import read_only
 from skylimb.base.errors import OutputError, UnknownNameError
 
 
@@ -60,6 +64,26 @@ def test_round_trip_is_exact(run, tmp_path):
 def test_a_loaded_run_can_be_saved_again(run, tmp_path):
     again = Run.load(Run.load(run.save(tmp_path / "a.nc")).save(tmp_path / "b.nc"))
     xr.testing.assert_identical(again.log, run.log)
+
+
+def test_a_number_that_is_not_there_is_named_with_the_nearest(run, tmp_path):
+    told = (
+        "unknown metric of run hybrid (OK) 'error_u_medain'; did you mean 'error_u_median'? (known: error_u_"
+    )
+    others = Run.load(run.save(tmp_path / "log.nc")), pickle.loads(pickle.dumps(run)), copy.deepcopy(run)
+    for one in (run, *others, read_only(run), read_only(read_only(run))):
+        with pytest.raises(KeyError) as error:
+            one.metrics["error_u_medain"]
+        assert isinstance(error.value, UnknownNameError)
+        assert str(error.value).startswith(told)
+        assert one.metrics.get("error_u_medain") is None
+        assert one.metrics == run.metrics
+    with pytest.raises(UnknownNameError, match="unknown metric of run hybrid"):
+        run.metrics[3]
+    with pytest.raises(UnknownNameError, match="unknown run 'hybird'; did you mean 'hybrid'"):
+        Runs({"hybrid": run})["hybird"]
+    with pytest.raises(TypeError, match="does not support item assignment"):
+        read_only(run).metrics["new"] = 1.0
 
 
 def test_the_file_is_compressed_netcdf4(run, tmp_path):

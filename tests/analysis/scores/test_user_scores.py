@@ -110,7 +110,11 @@ def test_a_bound_of_its_own_judges_a_flight_that_nothing_else_judges() -> None:
         ),
         (1.0, ("x",), r"should return a dict with x, it returned 1\.0$"),
         ({"y": 1.0}, ("x",), "should return a dict with x"),
-        ("many", (), "metric 'bad' fails: ValueError: could not convert string"),
+        ("many", (), "metric 'bad' should return a number, or NaN where there is none; it returned 'many'$"),
+        (None, (), "it returned None$"),
+        (1j, (), "it returned 1j$"),
+        (np.ones(300), (), r"it returned array\(\[1\., 1\., .*\.\.\.$"),
+        ({"x": [1.0]}, ("x",), r"metric 'bad_x' should return a number, .* it returned \[1\.0\]$"),
     ],
 )
 def test_what_a_metric_returns_is_checked(value: Any, keys: tuple[str, ...], message: str) -> None:

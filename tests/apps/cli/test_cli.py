@@ -478,3 +478,21 @@ def test_what_planning_has_to_say_is_said_at_once_and_what_flights_have_at_their
         logging.getLogger("skylimb.control.planning.vectoring_files").warning("searching")
         assert capsys.readouterr().err == "searching\n"
     assert capsys.readouterr().err == "a servo was slow\n"
+
+
+def test_what_is_said_of_one_flight_of_several_names_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = synthetic_log()
+    of_both, of_one = "the battery sags", "joint2 leaned on its stop"
+    runs = {
+        name: Run(name, name, log.assign_attrs(notes=json.dumps(notes)))
+        for name, notes in (("pid", [of_both]), ("hybrid", [of_both, of_one, of_one]))
+    }
+    folder = tmp_path / "two of them"
+    output.hand_over(runs, folder, failed=["a metric fails"])
+    out = capsys.readouterr().out
+    assert out.startswith(f"note: {of_both}\nnote: hybrid: {of_one}\na metric fails\n")
+    assert f"`skylimb score '{folder}'` makes what failed anew" in out
+    output.hand_over({"hybrid": runs["hybrid"]}, folder)
+    assert capsys.readouterr().out == f"note: {of_both}\nnote: {of_one}\n"

@@ -7,11 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from made_robots import chain
 from skylimb.base.config import write_toml
 from skylimb.base.errors import ConfigError, UserCodeError
 from skylimb.control.controller import load_controller
 from skylimb.control.laws.preset import preset_mapping
 from skylimb.flight.export import export_c
+from skylimb.robots.loader import read_description
 from skylimb.robots.model import Robot
 
 LAW = """from dataclasses import dataclass
@@ -39,6 +41,19 @@ def test_a_vector_of_one_entry_is_a_vector(tmp_path: Path, robot: Robot, step: s
     cascade = read(tmp_path, robot, LAW.replace("{}", f"{{'sum': {step}}}"))
     assert bool(cascade.in_python) == ("float" in step)
     np.testing.assert_array_equal(cascade.initial_state().translation, [1.0])
+
+
+@pytest.mark.parametrize("plain", [True, False])
+def test_the_one_joint_of_a_robot_is_a_vector(tmp_path: Path, plain: bool) -> None:
+    """A law sees what it sees of any robot: vectors by joint, and a Jacobian with a column."""
+    flight_file = chain(tmp_path / "one", links=2, turns=("1 0 0", "0 1 0"))
+    asked = "float(inputs.reference.joint_angles[0])" if plain else "inputs.reference.joint_angles[0]"
+    jacobian = "inputs.estimate.body.model.tip_jacobian"
+    told = f"'angle': {asked}, 'by_joint': {jacobian}.T @ np.ones(3)"
+    text = LAW.replace("np.ones(1)", "np.zeros(start.robot.n_joints)").replace("{}", f"{{{told}}}")
+    cascade = read(tmp_path, Robot(read_description(flight_file)), text)
+    assert cascade.robot.n_joints == 1
+    assert bool(cascade.in_python) == plain
 
 
 @pytest.mark.parametrize("made", ["np.random.rand()", "np.zeros(len(ONES + [ONES.append(1)]))"])
@@ -205,3 +220,12 @@ def test_a_list_of_the_file_that_grows_is_not_compiled_away(tmp_path: Path, robo
     assert why == "step changes 'ONES' of its file at every call; memory belongs into its state"
     filled = LAW.replace("    return", "    if not ONES: ONES.append(1)\n    return")
     assert not read(tmp_path, robot, filled).in_python
+
+
+def test_the_ending_of_a_laws_file_is_missed(tmp_path: Path, robot: Robot) -> None:
+    (tmp_path / "mine.py").write_text(LAW, encoding="utf-8")
+    tables, _ = preset_mapping("hybrid")
+    tables["translation"] = {"law": "mine"}
+    (tmp_path / "own.toml").write_text(write_toml(tables), encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"unknown translation law 'mine'; did you mean 'mine\.py'\?"):
+        load_controller(str(tmp_path / "own.toml"), robot)

@@ -59,6 +59,14 @@ def test_one_array_does_as_well(write: Write) -> None:
         ("return 0.01 * np.sin(9 * t), 0 * t", r"needs 0\.81 m/s\^2 at .*trajectory\.acceleration = 0\.3"),
         ("return np.where(t < 1, 0.0, 0.2), 0 * t", r"jumps by 0\.2 m at t = 0\.9"),
         ("return np.sqrt(t - 1), 0 * t", r"is \[nan, 0\.0\] at t = 0\.000 s, no finite place"),
+        (
+            "return 0.01 * t + 0j, 0 * t",
+            r"path 'mine' of 'mine\.py' returned complex numbers, expected real ones",
+        ),
+        (
+            "return 0.01 * np.random.rand() * t, 0 * t",
+            r"gives other places when it is called again: .*with a seed",
+        ),
         ("return t", r"should return u and v for every time: .* it returned \(401,\)"),
         ("return t.nothing", r"fails in .*mine\.py, line 5, `return t\.nothing`: AttributeError"),
     ],

@@ -118,6 +118,10 @@ MISTAKES = {
     "decides": ("def height(u, v, keys): return u if u > 0 else 0", ["line 1", "skylimb.symbolic.where"]),
     "two": ("def height(u, v, keys): return u, v", ["height should return one number", "1 and 1"]),
     "nothing": ("def height(u, v, keys): pass", ["wall.py"]),
+    "random": (
+        "import random\ndef height(u, v, keys): return 0.01 * random.random() * u",
+        ["wall.py", "another one when its function is called again", "with a seed"],
+    ),
     "nan": (
         "from skylimb.symbolic import sqrt\ndef height(u, v, keys): return sqrt(0.5 - u * u)",
         ["its height is no finite number at u = ", "v = "],

@@ -291,6 +291,17 @@ def test_a_users_mistake_in_flight_is_a_loss_of_that_controller(
 
 
 @pytest.mark.usefixtures("plain_report")
+def test_a_flight_that_cannot_be_repeated_says_so_in_its_row(write_spec: SpecWriter, tmp_path: Path) -> None:
+    drawn = HOVER.replace("model.hover_thrusts,", "model.hover_thrusts + 1e-3 * np.random.rand(),")
+    assert drawn != HOVER
+    (tmp_path / "odd.py").write_text(drawn)
+    outcome = run_campaign(write_spec(draws=1, controllers='["pid", "odd.py"]'), tmp_path / "out", workers=0)
+    known, other = (row["cause"] for row in outcome.rows.values())
+    assert "repeated" not in known
+    assert other.startswith("this run cannot be repeated: controller ")
+
+
+@pytest.mark.usefixtures("plain_report")
 def test_the_stopping_rule_ends_a_campaign_early(write_spec: SpecWriter, tmp_path: Path) -> None:
     more = '[stop]\nuntil = "tilt_max"\nwidth = 1.0\nevery = 2\nat_least = 4'
     outcome = run_campaign(write_spec(draws=12, more=more), tmp_path / "out", workers=0)

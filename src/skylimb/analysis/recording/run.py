@@ -5,14 +5,14 @@ from __future__ import annotations
 import dataclasses
 import io
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from skylimb.analysis.recording.netcdf import netcdf_bytes, read_netcdf
 from skylimb.analysis.recording.origin import moved, read_sources, tables_of_text
-from skylimb.base.errors import OutputError, unknown_name
+from skylimb.base.errors import OutputError, unknown_key, unknown_name
 from skylimb.base.files import new_file, readable
 
 if TYPE_CHECKING:
@@ -45,6 +45,23 @@ FAILED = "FAILED"
 _OWN_ATTRIBUTES = ("format", "name", "metrics")
 
 
+class Metrics(dict[str, Any]):
+    """A run's figures of merit by name; one that is not there is named with the nearest.
+
+    Args:
+        numbers: by name.
+        of: whose they are, as in "hybrid (OK)".
+    """
+
+    def __init__(self, numbers: Mapping[str, Any], of: str) -> None:
+        super().__init__(numbers)
+        self._of = of
+
+    def __missing__(self, name: object) -> Any:
+        """Raise an `UnknownKeyError` with the nearest name."""
+        raise unknown_key(f"metric of run {self._of}", name, self)
+
+
 @dataclass(frozen=True, repr=False)
 class Run:
     """A recorded flight, simulated or real.
@@ -72,6 +89,10 @@ class Run:
     sources: Mapping[str, bytes] = field(default_factory=dict)
     file: Path | None = field(default=None, compare=False)
     twin: Run | None = field(default=None, compare=False)
+
+    def __post_init__(self) -> None:
+        if isinstance(self.metrics, dict):  # one that is to be read alone stays as it is
+            object.__setattr__(self, "metrics", Metrics(self.metrics, f"{self.name} ({self.status})"))
 
     @property
     def status(self) -> str:
@@ -278,3 +299,18 @@ def _dataset(source: Path | io.BytesIO, path: str) -> xr.Dataset:
             f"'{path}' has format version {version}, skylimb here reads up to {FORMAT_VERSION}: update it"
         )
     return log
+
+
+def lines_of_runs(lines: Mapping[str, Iterable[str]]) -> tuple[str, ...]:
+    """What is said of some runs, each line once; in front the runs that it is of, where not of all.
+
+    Args:
+        lines: by the name of a run.
+    """
+    of: dict[str, list[str]] = {}
+    for name, said in lines.items():
+        for line in dict.fromkeys(said):
+            of.setdefault(line, []).append(name)
+    return tuple(
+        line if len(names) == len(lines) else f"{', '.join(names)}: {line}" for line, names in of.items()
+    )

@@ -15,7 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from skylimb.analysis.recording import LOG_FILE, Run, write_sources
-from skylimb.analysis.recording.run import NOTES
+from skylimb.analysis.recording.run import NOTES, lines_of_runs
 from skylimb.analysis.report.attempts import Attempts, mark_failed
 from skylimb.analysis.report.places import CONFIG_FILE, home
 from skylimb.analysis.scores.declared import ATTRIBUTE as DECLARED
@@ -181,7 +181,8 @@ def _after(runs: Mapping[str, Run], folder: Path, more: Callable[[Attempts], Non
         with parts.part(TABLE_FILE):
             replace_text(folder / TABLE_FILE, metrics_table(runs))
     more(parts)
-    lines = (*(line for run in runs.values() for line in run.problems.values()), *parts.lines())
+    problems = lines_of_runs({name: run.problems.values() for name, run in runs.items()})
+    lines = (*problems, *parts.lines())
     with suppress(OSError):  # on a full disk they are said all the same
         mark_failed(folder, lines)
     return lines

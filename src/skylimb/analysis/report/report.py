@@ -48,6 +48,9 @@ FACTS = (
 """Keys of the configuration that a reader wants to know first, what to call them, and their units."""
 
 
+_FILES = ("trajectory.file", "trajectory.shape", "surface.kind")
+"""Those whose value may be a file."""
+
 _SHAPES = {
     "trajectory.radius": ("circle", "lemniscate"),
     "trajectory.length": ("line", "lawnmower"),
@@ -177,7 +180,7 @@ def _facts(config: Mapping[str, Any]) -> list[tuple[str, str]]:
         if value is not None and value != "" and shape in _SHAPES.get(key, (shape,)):
             signed = "+" if key.endswith("direction") else ""
             shown = f"{value:{signed}.4g}" if isinstance(value, int | float) else str(value)
-            shown = Path(shown).name if key == "trajectory.file" else shown
+            shown = Path(shown).name if key in _FILES else shown  # not the place of its copy
             degrees = f" ({math.degrees(value):.3g}°)" if unit == "rad" and value else ""
             facts.append((text, f"{shown} {unit}".strip() + degrees))
     return facts

@@ -19,7 +19,8 @@ def read_only(run: AnyRun) -> AnyRun:
     What is put into its log, as a signal or an attribute, is put into this one alone.
     """
     log = run.log.assign({name: _fixed(run.log[name].variable) for name in run.log.data_vars})
-    return replace(run, log=log, metrics=MappingProxyType(copy.deepcopy(dict(run.metrics))))
+    mine = replace(run, log=log, metrics=copy.deepcopy(dict(run.metrics)))
+    return replace(mine, metrics=MappingProxyType(mine.metrics))
 
 
 def _fixed(signal: xr.Variable) -> xr.Variable:

@@ -32,6 +32,9 @@ Kind = Literal["number", "count", "yes or no"]
 Number = float | bool | None
 """A score of a flight; None where the flight has none."""
 
+_LONGEST_SHOWN = 60
+"""Letters of what a metric returned in a message."""
+
 MISSION = "Distance of the centre of gravity from the mission's reference"
 TARGET = "Distance of the centre of gravity from the control law's own target"
 PEN = "Distance of the pen from its reference line"
@@ -175,8 +178,20 @@ class Score:
         return text.replace("-", "\N{MINUS SIGN}")
 
     def number(self, value: Any) -> Number:
-        """A value as it is kept: None for what is no finite number, which JSON does not know."""
-        number = float(value)
+        """A value as it is kept: None for what is no finite number, which JSON does not know.
+
+        Raises:
+            UserCodeError: when it is no number at all.
+        """
+        try:
+            number = float(value)
+        except (TypeError, ValueError):
+            shown = " ".join(repr(value).split())
+            shown = shown if len(shown) < _LONGEST_SHOWN else f"{shown[:_LONGEST_SHOWN]}..."
+            raise UserCodeError(
+                f"metric '{self.name}' should return a number, or NaN where there is none; "
+                f"it returned {shown}"
+            ) from None
         if not math.isfinite(number):
             return None
         return bool(number) if self.kind == "yes or no" else number

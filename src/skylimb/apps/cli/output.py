@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import shlex
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -218,8 +219,13 @@ def written(
         with working("writing scores, figures and report"):
             return write_report(runs, folder, figures, videos_follow=video)
     except KeyboardInterrupt as stop:
-        stop.add_note(f"what was flown is kept in '{folder}'; `skylimb score {folder}` makes the rest")
+        stop.add_note(f"what was flown is kept in '{folder}'; `{_score(folder)}` makes the rest")
         raise
+
+
+def _score(folder: Path) -> str:
+    """What makes the scores of a folder, to be pasted into a shell."""
+    return shlex.join(("skylimb", "score", str(folder)))
 
 
 def hand_over(runs: Mapping[str, Run], folder: Path, video: bool = False, failed: Sequence[str] = ()) -> int:
@@ -234,13 +240,13 @@ def hand_over(runs: Mapping[str, Run], folder: Path, video: bool = False, failed
     Returns:
         The exit code: 1 when a flight was lost, or something could not be made.
     """
-    notes(dict.fromkeys(line for run in runs.values() for line in run.notes))
+    from skylimb.analysis.recording.run import lines_of_runs
+
+    notes(lines_of_runs({name: run.notes for name, run in runs.items()}))
     for line in failed:
         print(line)
     if failed:
-        print(
-            f"the rest is there; `skylimb score {folder}` makes what failed anew, with metrics of --use FILE"
-        )
+        print(f"the rest is there; `{_score(folder)}` makes what failed anew, with metrics of --use FILE")
     places(folder)
     problems = _draw_videos(runs, folder) if video else ()
     return int(bool(failed) or bool(problems) or any(run.failed for run in runs.values()))

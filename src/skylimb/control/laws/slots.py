@@ -129,7 +129,8 @@ def law_file(slot: str, name: str, folder: Path) -> Path | None:
         return folder / name
     file = added_file("laws", f"{slot}.{name}", name in law_names(slot))
     if file is None and name not in law_names(slot):
-        raise unknown_name(f"{slot} law", name, [*law_names(slot), *added_names("laws", f"{slot}.")])
+        own = [f"{name}.py"] if (folder / f"{name}.py").is_file() else []
+        raise unknown_name(f"{slot} law", name, [*law_names(slot), *added_names("laws", f"{slot}."), *own])
     return file
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
-from collections.abc import Hashable, Iterable
+from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -19,7 +19,9 @@ import numpy as np
 
 from skylimb.base.errors import UserCodeError
 from skylimb.base.packing import Layout, is_numeric, structure
+from skylimb.base.record_tree import children_of, is_leaf, rebuilt
 from skylimb.base.user_code import described, returned
+from skylimb.control.estimation.records import Measurement, zero_measurement
 from skylimb.control.laws.fields import require_fit
 from skylimb.control.laws.monitor import LawMonitor, monitored_like, unmonitored
 from skylimb.control.laws.prepared_gains import handed, preparing
@@ -29,6 +31,8 @@ from skylimb.control.laws.slots import SLOTS, Slots
 from skylimb.control.laws.traced_step import step_inputs, symbolic_inputs
 from skylimb.control.laws.user_functions import Prepared, UserLaw
 from skylimb.control.laws.user_trace import PERIOD, STEPS, differing, plain_attributes, shaken_hover
+from skylimb.control.missions.reference import zero_reference
+from skylimb.control.records import Demand
 
 
 def tried(cascade: Any) -> Any:
@@ -109,6 +113,7 @@ class _Hover:
         state: of each slot before the first tick.
         gains: as the laws are handed them.
         records: symbols for state, measurement, reference and gains.
+        shapes: a record of numbers of every kind that has entries by joint.
     """
 
     def __init__(self, cascade: Any) -> None:
@@ -119,9 +124,21 @@ class _Hover:
         self._symbols, self.records = symbolic_inputs(inputs)
         self._numbers: list[list[np.ndarray]] = []
         for _ in range(STEPS):
-            hover = shaken_hover(cascade.robot, rng, len(needs.preview), needs.vectoring)
+            hover = shaken_hover(cascade.robot, rng, needs)
+            self.shapes = self._shapes(hover[0])
             given: tuple[Any, ...] = self.state, *hover, cascade.gains()
             self._numbers.append([part.pack(one) for part, one in zip(inputs, given, strict=True)])
+
+    def _shapes(self, hover: Measurement) -> Mapping[type, Any]:
+        robot, z3 = self.robot, np.zeros(3)
+        q, psi = hover.joint_angles, hover.vectoring_angles[: robot.n_vectoring]  # pairs have no angles
+        known = (
+            zero_measurement(len(q), len(psi), hover.imu is not None),
+            zero_reference(len(q), len(psi)),
+            robot.at(q, psi),
+            Demand(z3, z3, z3, q, psi),
+        )
+        return {type(one): one for one in known}
 
     def of(self, expression: Any) -> list[np.ndarray]:
         """What an expression is, each time."""
@@ -133,6 +150,24 @@ class _Hover:
         self._symbols.append(symbols)
         for known, more in zip(self._numbers, numbers, strict=True):
             known.append(more)
+
+
+def _shaped(record: Any, shapes: Mapping[type, Any]) -> Any:
+    """A record of symbols with leaves of the right shapes, where records of numbers are known to have them.
+
+    Symbols do not tell a vector of one entry from a number, nor a matrix of one column from a vector: what
+    belongs to the joints of a robot that has only one of them.
+    """
+    if is_leaf(record):
+        return record
+    known = shapes.get(type(record))
+    children = [
+        getattr(known, name)
+        if is_leaf(child) and is_leaf(getattr(known, name, None))
+        else _shaped(child, shapes)
+        for name, child in children_of(record)
+    ]
+    return rebuilt(record, children) if children else record
 
 
 class _FailedError(Exception):
@@ -166,9 +201,8 @@ class _TriedLaw:
     def _call(self, name: str, *given: Any) -> Any:
         traced = getattr(self._law, name)
         bare = unmonitored(given)
-        # Symbols do not tell a vector of one entry from a number.
         known = (getattr(record, self._slot) for record in (self._hover.gains, self._hover.state))
-        layout = Layout((*known, *bare[2:]))
+        layout = Layout((*known, *(_shaped(one, self._hover.shapes) for one in bare[2:])))
         hover = self._hover.of(layout.pack(bare))
         try:
             made, results, changed = self._on_numbers(name, layout, hover, given)

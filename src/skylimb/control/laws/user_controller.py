@@ -23,11 +23,11 @@ from skylimb.base.packing import numeric, structure
 from skylimb.base.signals import Signal, declared_signals
 from skylimb.base.sources import Source
 from skylimb.base.split_function import Asked
-from skylimb.base.user_code import UserCode, guarded, returned
+from skylimb.base.user_code import UserCode, described, guarded, returned
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.laws.results import checked
 from skylimb.control.laws.user_functions import traceable, with_floats_of
-from skylimb.control.laws.user_trace import PERIOD, shaken_hover, untraceable
+from skylimb.control.laws.user_trace import PERIOD, plain_attributes, shaken_hover, unrepeatable, untraceable
 from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import Needs, needs_of
 from skylimb.control.records import Command
@@ -77,6 +77,7 @@ class UserController:
     def __init__(self, made: Any, robot: Robot, origin: Origin | None = None, gains: Any = None) -> None:
         self.made, self.robot, self.origin = made, robot, origin
         self.what = f"controller '{self.name}'"
+        self._before = {} if origin else plain_attributes(made)
         with UserCode(self.what):
             given = made.gains() if gains is None else gains
         self._settings = given if dataclasses.is_dataclass(given) and not isinstance(given, type) else None
@@ -142,7 +143,7 @@ class UserController:
         except Exception:  # what cannot be copied is not tried: its step may change it
             return
         state = guarded(made.initial_state, self.what)()
-        hover = shaken_hover(self.robot, np.random.default_rng(0), len(self.needs.preview))
+        hover = shaken_hover(self.robot, np.random.default_rng(0), self.needs)
         with np.errstate(all="ignore"):  # what is not finite is named
             result, place = returned(
                 guarded(made.step, self.what), self._gains, state, *map(_to_read, hover), PERIOD
@@ -184,6 +185,29 @@ class UserController:
     def untraceable(self) -> str:
         """Why it cannot be compiled, in a sentence; empty where it can."""
         return untraceable(self._trial)
+
+    @property
+    def changed(self) -> str:
+        """The first attribute of an object at hand that its flight has changed; empty where none."""
+        now = {} if self.origin else plain_attributes(self.made)
+        return next((name for name in sorted(now) if now[name] != self._before.get(name)), "")
+
+    @cached_property
+    def unrepeatable(self) -> str:
+        """Why a flight with it cannot be repeated from its file, in a sentence; empty where it can."""
+        if self.origin is None:
+            return ""
+        try:
+            odd = unrepeatable(self._remade, self.needs, self._gains, self.robot)
+        except Exception as error:  # whatever it is, the flight that is over has not met it
+            return f"{self.what} fails when it is made anew: {described(error)}"
+        if not odd:
+            return ""
+        return (
+            f"{self.what} gives other {odd} when it is made anew: it draws random numbers without a seed, or "
+            "remembers something in a global of its file; what it remembers belongs into its state, or into "
+            "the object that controller(robot) makes"
+        )
 
     def _trial(self) -> CompiledUserController:
         """The same as if it could be compiled, of an object that nothing has flown yet."""

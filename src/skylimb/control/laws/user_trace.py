@@ -12,8 +12,9 @@ from skylimb.base.user_code import described
 from skylimb.control.estimation.records import Imu, Measurement
 from skylimb.control.laws.traced_step import TracedStep, traced_step
 from skylimb.control.missions.reference import Reference, zero_reference
-from skylimb.control.needs import PACE, TORQUE
+from skylimb.control.needs import PACE, Needs
 from skylimb.control.planning.vectoring import nominal_posture
+from skylimb.control.records import Command
 from skylimb.robots.model import Robot
 
 STEPS = 4
@@ -58,7 +59,7 @@ def _difference(trial: Any, step: TracedStep) -> str:
     gains, state, flat = trial.gains(), trial.made.initial_state(), step.state
     needs = trial.needs
     for _ in range(STEPS):
-        measurement, reference = shaken_hover(trial.robot, rng, len(needs.preview), imu=needs.imu)
+        measurement, reference = shaken_hover(trial.robot, rng, needs)
         given = step.inputs.measurement.pack(measurement), step.inputs.reference.pack(reference)
         state, command, signals = trial.made.step(gains, state, measurement, reference, PERIOD)
         flat, *results = (part.full().ravel() for part in step.function.call([flat, *given, step.gains]))
@@ -74,6 +75,35 @@ def _difference(trial: Any, step: TracedStep) -> str:
     return ""
 
 
+def unrepeatable(make: Callable[[], Any], needs: Needs, gains: Any, robot: Robot) -> str:
+    """Which part of its command a user's controller gives otherwise where it is made anew; empty where none.
+
+    Two that were made one after the other get the same measurements. So it is seen that it draws random
+    numbers that no seed says, and that a global of its file goes on from one flight to the next.
+
+    Args:
+        make: makes the user's object; it is flown by nobody else.
+        needs: of the controller.
+        gains: that its step gets.
+        robot: the controller's.
+    """
+
+    def commands() -> list[Command]:
+        made, rng = make(), np.random.default_rng(0)
+        state, given = made.initial_state(), list[Command]()
+        for _ in range(STEPS):
+            measurement, reference = shaken_hover(robot, rng, needs)
+            state, command, _ = made.step(gains, state, measurement, reference, PERIOD)
+            given.append(Command(*(np.array(part, dtype=float) for part in command)))
+        return given
+
+    for one, other in zip(commands(), commands(), strict=True):
+        for name, first, second in zip(Command._fields, one, other, strict=True):
+            if not np.array_equal(first, second, equal_nan=True):
+                return name
+    return ""
+
+
 def differing(layout: Layout[Any], one: np.ndarray, other: np.ndarray) -> Iterator[str]:
     """Dotted names of the entries in which two flat records differ."""
     for name, part in layout.slices.items():
@@ -84,23 +114,19 @@ def differing(layout: Layout[Any], one: np.ndarray, other: np.ndarray) -> Iterat
 def plain_attributes(made: Any) -> dict[str, str]:
     """The plain values of an object or a module, as text: to see whether a step has changed them."""
     plain = (int, float, str, list, dict, tuple, set, np.ndarray, type(None))
-    known = {name: value for name, value in vars(made).items() if not name.startswith("__")}
+    known = {name: value for name, value in getattr(made, "__dict__", {}).items() if name[:2] != "__"}
     return {name: repr(value) for name, value in known.items() if isinstance(value, plain)}
 
 
-def shaken_hover(
-    robot: Robot, rng: np.random.Generator, ahead: int = 0, vectoring: str = TORQUE, imu: bool = False
-) -> tuple[Measurement, Reference]:
+def shaken_hover(robot: Robot, rng: np.random.Generator, needs: Needs) -> tuple[Measurement, Reference]:
     """A robot near the origin in its nominal posture, shaken about, and a reference beside it.
 
     Args:
         robot: any robot.
         rng: shakes it.
-        ahead: how many references ahead the reference holds.
-        vectoring: purpose of its vectoring angles.
-        imu: whether it has one.
+        needs: of the controller that is to work on both.
     """
-    q, psi = nominal_posture(robot, vectoring)
+    q, psi = nominal_posture(robot, needs.vectoring)
     x, y, z = np.eye(3)
     exact = z, np.array([1.0, 0.0, 0.0, 0.0]), np.zeros(3), np.zeros(3), q, psi
     p, quaternion, *others = list[Any](part + 0.01 * rng.standard_normal(part.shape) for part in exact)
@@ -117,10 +143,7 @@ def shaken_hover(
         touch=1.0,
     )
     shaken = Measurement(p, quaternion / np.linalg.norm(quaternion), *others)
-    if imu:
+    if needs.imu:
         said = np.zeros(3), robot.description.gravity * z
         shaken = shaken._replace(imu=Imu(*(part + 0.01 * rng.standard_normal(3) for part in said)))
-    return (
-        shaken,
-        reference._replace(ahead=(reference,) * ahead),
-    )
+    return shaken, reference._replace(ahead=(reference,) * len(needs.preview))

@@ -81,6 +81,11 @@ def user_path(
     count = int(np.clip(np.ceil(duration / _STEP), _FEWEST, _MOST)) + 1
     times = np.linspace(0.0, duration, count)
     points = _points(called, times, what)
+    if not np.array_equal(points, _points(called, times, what)):
+        raise UserCodeError(
+            f"{what} gives other places when it is called again: it remembers nothing, and draws no random "
+            "numbers; draw them above the function, with a seed"
+        )
     _require_continuous(called, times, points, what)
     spline = _cubic_spline(times, points[::direction])
     _, *rates = spline(times)
@@ -115,7 +120,10 @@ def _points(function: Callable[..., Any], times: np.ndarray, what: str) -> np.nd
     """The path at some times, (k, 2)."""
     with UserCode(what):
         found = function(times.copy())
-        points = np.asarray(found, dtype=float)
+        points = np.asarray(found)
+        if np.iscomplexobj(points):
+            raise UserCodeError(f"{what} returned complex numbers, expected real ones")
+        points = points.astype(float)
     if points.shape == (2, len(times)) and isinstance(found, tuple | list):
         points = points.T
     if points.shape != (len(times), 2):

@@ -162,7 +162,7 @@ class FreeDriver:
         for name, start, stop, shape in self._own:
             value = own[name]
             if type(value) is not float:
-                value = number(value)
+                value = number(value, shape)
                 if np.shape(value) != shape:
                     raise UserCodeError(
                         f"{self._what} gives signal '{name}' the shape {np.shape(value)}, at its first tick "

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from skylimb.control.controller import TraceableController
@@ -29,9 +31,7 @@ def example_vector(controller: TraceableController, step: TracedStep) -> Vector:
     """A hovering robot that is shaken about, and then pushed back: every law has something to do."""
     rng, state, rows = np.random.default_rng(0), step.state, []
     for k in range(TICKS):
-        measurement, reference = shaken_hover(
-            controller.robot, rng, vectoring=controller.needs.vectoring, imu=controller.needs.imu
-        )
+        measurement, reference = shaken_hover(controller.robot, rng, replace(controller.needs, preview=()))
         tare, adapt = float(_TARE[0] <= k < _TARE[1]), float(k >= _ADAPT)
         pushed = measurement.position - 0.001 * max(0, k - _ADAPT) * reference.contact_axis
         measurement = measurement._replace(position=pushed)

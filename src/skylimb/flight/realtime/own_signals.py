@@ -37,7 +37,7 @@ def _as_before(value: Any, shape: tuple[int, ...]) -> tuple[Any, bool]:
     if type(value) is float and not shape:
         return value, True
     try:
-        found = value if type(value) is np.ndarray and value.dtype == float else number(value)
+        found = value if type(value) is np.ndarray and value.dtype == float else number(value, shape)
     except (TypeError, ValueError):
         found = None
     if found is None or np.shape(found) != shape:

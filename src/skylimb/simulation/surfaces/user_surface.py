@@ -57,9 +57,22 @@ class UserSurface(CurvedSurface):
         super().check()
         shape, half = self.shape, (0.5 * self.size[0], 0.5 * self.size[1])
         if isinstance(shape, Formula):
+            self._require_lasting(shape.function)
             require_smooth(self._what, shape.function, shape.numbers, half)
         elif isinstance(shape, _Closest):
+            self._require_lasting(shape.function)
             require_closest(self._what, shape.function, shape.numbers, half)
+
+    def _require_lasting(self, function: ca.Function) -> None:
+        """Refuse a file that gives another surface when it is asked again."""
+        again, rng = self.make_shape().function, np.random.default_rng(0)
+        given = [rng.uniform(0.1, 1.0, function.size_in(k)) for k in range(function.n_in())]
+        one, other = (made.call(given)[0].full() for made in (function, again))
+        if not np.array_equal(one, other, equal_nan=True):
+            raise UserCodeError(
+                f"{self._what} is another one when its function is called again: it remembers nothing, and "
+                "draws no random numbers; draw them above the function, with a seed"
+            )
 
     @property
     def _what(self) -> str:

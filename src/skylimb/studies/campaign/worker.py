@@ -13,6 +13,7 @@ import threading
 import warnings
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
+from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -26,6 +27,7 @@ from skylimb.control.loop.flight import Flight
 from skylimb.flight.drivers.native import fly_native, unavailable
 from skylimb.flight.experiments.experiment import Experiment, robot_of
 from skylimb.flight.flying import fly_here
+from skylimb.flight.run_files import not_repeatable
 from skylimb.flight.simulated_run import simulated_run, with_origin
 from skylimb.flight.takeoff import Takeoff, prepare
 from skylimb.studies.campaign.folder import CONFIG_FILE, log_name
@@ -184,7 +186,8 @@ class Worker:
             return Flown(make_row(self._campaign, job.flight, FAILED, cause, {}), None)
         scores = {**run.metrics, **measured(run, spec.measures)}
         # Why a number is missing, or not to be had again.
-        cause = run.cause or next(iter((*run.problems.values(), *run.notes)), "")
+        again = (f"this run cannot be repeated: {why}" for why in not_repeatable(item.controller))
+        cause = run.cause or next(chain(run.problems.values(), run.notes, again), "")
         row = make_row(self._campaign, job.flight, run.status, cause, scores)
         wanted = job.log == "always" or (job.log == "failed" and run.failed)
         if not wanted:
