@@ -227,6 +227,17 @@ def test_a_line_is_the_same_however_seldom_it_was_sampled(samples):
 
 
 @FEW
+@given(st.sampled_from([0.2, 0.4, 1.0]), st.floats(0.2, 1.4), st.floats(0.2, 1.4))
+def test_a_line_is_in_its_place_however_fast_each_part_of_it_was_drawn(size, first, then):
+    """A straight line whose halves have samples `first` and `then` (mm) apart."""
+    line = np.linspace([0.0, 0.0], [size, 0.0], 400)
+    at = [*np.arange(0.0, 0.5 * size, first * MM), *np.arange(0.5 * size, size, then * MM), size]
+    scores = judged([line], [np.column_stack([at, np.zeros(len(at))])])
+    assert scores["missed"] == []
+    assert scores["line_place"] < 0.3 * MM
+
+
+@FEW
 @given(SIZES, st.integers(0, 10_000), st.sampled_from([circle, hook]))
 def test_a_scribble_is_not(size, seed, figure):
     """In the figure's place and as large."""

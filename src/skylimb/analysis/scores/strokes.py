@@ -19,9 +19,18 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from skylimb.analysis.scores.fidelity import Fidelity, fidelity, frechet
-from skylimb.analysis.scores.fit import COARSE, Allowed, at_most, best_move, extent, feature_sizes, thinned
+from skylimb.analysis.scores.fit import (
+    COARSE,
+    Allowed,
+    at_most,
+    best_move,
+    even,
+    extent,
+    feature_sizes,
+    thinned,
+)
 from skylimb.analysis.scores.nearest import distances, nearest
-from skylimb.analysis.scores.pen_line import dense, drawn_samples, marks, reference_line
+from skylimb.analysis.scores.pen_line import PITCH, dense, drawn_samples, marks, reference_line
 from skylimb.analysis.scores.signals import in_contact, in_phase, phase_names, stretches
 
 if TYPE_CHECKING:
@@ -92,7 +101,10 @@ def drawn_line(log: xr.Dataset) -> Drawn | None:
     parts = np.searchsorted(begins if len(begins) == len(lines) else begins[:1], samples, side="right") - 1
     drawn = [list(_pieces(samples[parts == index], points[parts == index])) for index in range(len(lines))]
     wanted = [dense(thinned(line)) for line in lines]
-    move = best_move([np.vstack([np.zeros((0, 2)), *map(dense, pieces)]) for pieces in drawn], wanted)
+    move = best_move(
+        [np.vstack([np.zeros((0, 2)), *(even(piece, PITCH) for piece in pieces)]) for pieces in drawn],
+        [even(line, PITCH) for line in wanted],
+    )
     there = np.vstack(wanted)
     taken = np.linalg.norm(move.of(there) - there, axis=1) if len(samples) else np.array([np.nan])
     numbers, touched = marks(log)
