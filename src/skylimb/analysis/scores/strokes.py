@@ -46,14 +46,21 @@ _SHAPE_POINTS = 600
 """Points of a reference line at most where what is allowed is wider than their spacing."""
 
 
+EXCESSES = ("excess_drawn", "excess_missing", "excess_place")
+"""What a `Stroke` may miss its shape by, in the order in which the first that misses is told."""
+
+
 @dataclass(frozen=True)
 class Stroke(Fidelity):
     """A stroke in its place, and its shape once the place of the whole drawing is taken off.
 
     Attributes:
         shape: distance of the moved stroke from its reference, root mean square, m.
-        excess: how many times as far as its corners and bows allow it is off its shape; by the root mean
-            square of drawn places and of reference places, and by the Frechet distance, the greatest of all.
+        excess: how many times as far as its corners and bows allow it is off its shape, the greatest of the
+            next three.
+        excess_drawn: by the root mean square of drawn places.
+        excess_missing: by that of reference places.
+        excess_place: by the Frechet distance, of a single place.
         covered: share of the stroke's length that is drawn, no farther off than a single place may be.
         longest: how long what is drawn of it may be, m.
         kept: whether it was drawn, keeps its shape, and is not drawn to and fro.
@@ -61,6 +68,9 @@ class Stroke(Fidelity):
 
     shape: float
     excess: float
+    excess_drawn: float
+    excess_missing: float
+    excess_place: float
     covered: float
     longest: float
     kept: bool
@@ -134,20 +144,22 @@ def _stroke(placed: Fidelity, wanted: np.ndarray, drawn: list[np.ndarray], allow
     """
     longest = allowed.longest(placed.length)
     if not drawn:
-        return Stroke(**asdict(placed), shape=np.nan, excess=np.nan, covered=0.0, longest=longest, kept=False)
+        none = dict.fromkeys(("shape", "excess", *EXCESSES), np.nan)
+        return Stroke(**asdict(placed), **none, covered=0.0, longest=longest, kept=False)
     points, sizes = np.vstack(drawn), feature_sizes(wanted)
     most, farthest = allowed.of(sizes), allowed.farthest(sizes)
     beside = nearest(points, wanted)
     off, missing = np.linalg.norm(points - wanted[beside], axis=1), distances(wanted, points)
     ratios = (
-        np.sqrt(np.mean((off / most[beside]) ** 2)),
-        np.sqrt(np.mean((missing / most) ** 2)),
+        float(np.sqrt(np.mean((off / most[beside]) ** 2))),
+        float(np.sqrt(np.mean((missing / most) ** 2))),
         frechet(at_most(wanted, _SHAPE_POINTS), points, at_most(farthest, _SHAPE_POINTS)),
     )
     return Stroke(
         **asdict(placed),
         shape=float(np.sqrt(np.mean(off**2))),
-        excess=float(max(ratios)),
+        excess=max(ratios),
+        **dict(zip(EXCESSES, ratios, strict=True)),
         covered=float(np.mean(missing <= farthest)),
         longest=longest,
         kept=bool(max(ratios) <= 1.0 and placed.drawn <= longest),
