@@ -176,6 +176,14 @@ def test_a_landing_is_no_touch_of_a_lifted_pen(stands: float) -> None:
     assert landed.lift_time == pytest.approx(0.01 * (len(lift_samples) - waits))
 
 
+def test_a_log_that_begins_with_a_gap_has_the_same_lifts() -> None:
+    """Time was counted in steps as long as the first one."""
+    whole = small_and_large(tail=along(np.array([[0.0, 0.0], [0.02, 0.02]]), 0.002))
+    gap = whole.isel(time=np.r_[0, 40 : whole.sizes["time"]])
+    assert drawn_of(gap).lift_time == pytest.approx(drawn_of(whole).lift_time)
+    assert drawn_of(gap).lift_touch == pytest.approx(drawn_of(whole).lift_touch)
+
+
 def test_the_verdict_holds_a_drawing_to_order_and_lifts() -> None:
     tolerances = {"pen_line": 0.02, "path": 0.95, "contact": 0.0, "strokes": 0.0, "lifted": 0.05}
     tail = along(np.array([[0.0, 0.0], [-0.03, 0.0]]))

@@ -17,7 +17,7 @@ import numpy as np
 from skylimb.analysis.recording.run import Run
 from skylimb.analysis.scores.pen_line import reference_line
 from skylimb.analysis.scores.score import DRAWING, Score, Tolerance, metric
-from skylimb.analysis.scores.signals import in_contact
+from skylimb.analysis.scores.signals import in_contact, spacing
 from skylimb.analysis.scores.strokes import EXCESSES, drawn_line, held_off
 
 DRAWN = "drawn"
@@ -172,6 +172,6 @@ def lift(run: Run) -> dict[str, float]:
     log = run.log
     if "reference_line" not in log or not reference_line(log):
         return {"time": np.nan, "touch_time": np.nan}
-    away, step = held_off(log), float(np.diff(log.time.values[:2])[0])
+    away, step = held_off(log), spacing(log.time.values)
     touch = step * float((away & in_contact(log)).sum())
     return {"time": step * float(away.sum()), "touch_time": touch}

@@ -31,7 +31,7 @@ from skylimb.analysis.scores.fit import (
 )
 from skylimb.analysis.scores.nearest import distances, nearest
 from skylimb.analysis.scores.pen_line import PITCH, dense, drawn_samples, marks, reference_line
-from skylimb.analysis.scores.signals import in_contact, in_phase, phase_names, stretches
+from skylimb.analysis.scores.signals import in_contact, in_phase, phase_names, spacing, stretches
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -196,7 +196,7 @@ def held_off(log: xr.Dataset) -> np.ndarray:
     """
     away = lifted(log)
     if "mission_time" in log:
-        clock, step = log.mission_time.values, float(np.diff(log.time.values[:2])[0])
+        clock, step = log.mission_time.values, spacing(log.time.values)
         for begin, end in stretches(away):
             away[begin:end] = clock[begin:end] < clock[end - 1] - _WAITS * step - 1e-9
     return away
