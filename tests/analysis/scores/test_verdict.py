@@ -145,3 +145,6 @@ def test_a_lost_flight_was_not_done(flown):
     lost = metrics(flown.assign_attrs(status="FAILED", cause="fell"))
     assert lost["done"] is False
     assert lost["missed"] == ["the flight was lost"]
+    held_back = metrics(flown.assign_attrs(status="UNFINISHED", cause="held back"))
+    assert held_back["done"] is False
+    assert held_back["missed"] == ["the flight was not finished"]

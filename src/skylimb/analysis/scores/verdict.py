@@ -4,8 +4,8 @@ A flight that comes to its end has the status OK. That says nothing of what it d
 every score that is declared with a tolerance is held to it, a user's own as well. The pen touches, keeps to
 its reference line, draws all of it, and presses with the commanded force where one is commanded. What is
 commanded and has no value is missed; what else has none is not judged. A flight of which nothing can be
-judged, such as one that is to touch nothing, has no verdict. A lost flight did not do what was commanded,
-whatever it did before.
+judged, such as one that is to touch nothing, has no verdict. A flight that was lost or not finished did not do
+what was commanded, whatever it did before.
 """
 
 from __future__ import annotations
@@ -57,8 +57,9 @@ def verdict(run: Run, scores: Iterable[Score]) -> dict[str, Any]:
         if (tolerance := score.tolerance) and (bound := tolerance.stated(known)) is not None
     ]
     if run.failed:
-        lost = bool(held) or run.metrics.get("done") is False
-        return {"done": False if lost else None, "missed": ["the flight was lost"] * lost, "checks": checks}
+        judged = bool(held) or run.metrics.get("done") is False
+        words = "the flight was lost" if run.lost else "the flight was not finished"
+        return {"done": False if judged else None, "missed": [words] * judged, "checks": checks}
     if run.stopped:
         return {"done": None, "missed": [], "checks": checks}
     for score, tolerated, stated in held:
