@@ -7,6 +7,8 @@ import xarray as xr
 import skylimb
 from skylimb.analysis.figures import REPORT_FIGURES
 from skylimb.analysis.scores.area import CELL, areas, areas_of
+from skylimb.analysis.scores.metrics import metrics
+from skylimb.analysis.scores.registry import SETS, measured
 
 WORD = {
     "trajectory.text": "v",
@@ -78,6 +80,20 @@ def test_a_flight_that_ends_in_touch_has_its_area_as_well(runs):
     assert whole is not None
     assert found is not None
     assert np.count_nonzero(found.drawn) == pytest.approx(np.count_nonzero(whole.drawn), rel=0.02)
+
+
+@pytest.mark.parametrize("signal", ["contact_force_normal", "tip_position", "cog_position", "slip_speed"])
+def test_a_sample_that_is_no_number_costs_numbers_and_raises_nothing(runs, signal):
+    """Some touch has no force, or no place: the area was an error of NumPy's, the trace one of LAPACK's."""
+    log = runs["as asked"].log
+    values = log[signal].values.copy()
+    values[np.flatnonzero(log.contact.values > 0)[len(values) // 20]] = np.nan
+    spoilt = log.assign({signal: (log[signal].dims, values, log[signal].attrs)})
+    scores, further = metrics(spoilt), measured(skylimb.Run("", "", spoilt), SETS)
+    assert scores["area_iou"] == (
+        None if signal == "contact_force_normal" else pytest.approx(metrics(log)["area_iou"], rel=0.01)
+    )
+    assert further["trace_distance"] is not None
 
 
 def test_the_width_at_a_sample_is_that_of_the_force_around_it(runs):
