@@ -4,8 +4,8 @@ A flight that comes to its end has the status OK. That says nothing of what it d
 every score that is declared with a tolerance is held to it, a user's own as well. The pen touches, keeps to
 its reference line, draws all of it, and presses with the commanded force where one is commanded. What is
 commanded and has no value is missed; what else has none is not judged. A flight of which nothing can be
-judged, such as one that is to touch nothing, has no verdict. A flight that was lost or not finished did not do
-what was commanded, whatever it did before.
+judged, such as one that is to touch nothing, has no verdict. A flight that was lost or not finished did not
+do what was commanded, whatever it did before.
 """
 
 from __future__ import annotations
