@@ -71,9 +71,7 @@ def poses(runs: Mapping[str, Run]) -> Figure:
             ax.set(aspect="equal", xlim=across, ylim=upward, xticks=[], yticks=[])
             ax.spines[:].set_visible(False)
         shade = style.FAILURE if run.failed else colour[name]
-        row[0].set_ylabel(
-            f"{style.label(name)}{' (failed)' if run.failed else ''}", color=shade, weight="bold"
-        )
+        row[0].set_ylabel(style.marked(name, run), color=shade, weight="bold")
         for ax, index in zip(row, instants[name], strict=False):
             _pose(ax, run.log, index, colour[name])
     what = "the path" if any(_went_through(run.log) for run in runs.values()) else "what was flown"
