@@ -99,7 +99,8 @@ class Drawn(NamedTuple):
 def drawn_line(log: xr.Dataset) -> Drawn | None:
     """How faithfully a line was drawn, whole and stroke by stroke; None where there is no reference line.
 
-    Where strokes cannot be told apart, all that was drawn belongs to the first.
+    Where there are more lifts than between the strokes, all that was drawn belongs to the first. Of a flight
+    that was stopped the first ones are there.
     """
     lines = reference_line(log)
     if not lines:
@@ -108,7 +109,7 @@ def drawn_line(log: xr.Dataset) -> Drawn | None:
     size = extent(lines)
     samples, points = drawn_samples(log)
     begins = stroke_begins(log)
-    parts = np.searchsorted(begins if len(begins) == len(lines) else begins[:1], samples, side="right") - 1
+    parts = np.searchsorted(begins if len(begins) <= len(lines) else begins[:1], samples, side="right") - 1
     drawn = [list(_pieces(samples[parts == index], points[parts == index])) for index in range(len(lines))]
     wanted = [dense(thinned(line)) for line in lines]
     move = best_move(
