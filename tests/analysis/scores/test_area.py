@@ -9,6 +9,7 @@ from skylimb.analysis.figures import REPORT_FIGURES
 from skylimb.analysis.scores.area import CELL, areas, areas_of
 from skylimb.analysis.scores.metrics import metrics
 from skylimb.analysis.scores.registry import SETS, measured
+from skylimb.analysis.scores.user_scores import scored
 
 WORD = {
     "trajectory.text": "v",
@@ -71,6 +72,22 @@ def test_a_flight_is_scored_and_drawn(runs):
     assert picture.suits(runs)
     assert not picture.suits({"other": skylimb.Run("", "", as_asked.log.drop_vars("reference_width"), {})})
     assert len(picture.draw(runs).axes) == 2
+
+
+def test_figures_have_no_score_of_a_flight_that_was_lost(runs):
+    """The legend said how far its line was off, and the area's corner its IoU."""
+    lost = scored(skylimb.Run("as asked", "drawing", runs["as asked"].log.assign_attrs(status="FAILED")))
+    for name, number in (("drawing", "rms"), ("area", "IoU")):
+        picture = next(each for each in REPORT_FIGURES if each.name == name)
+
+        def words(run, picture=picture):
+            axes = picture.draw({"one": run}).axes
+            legends = [ax.get_legend() for ax in axes]
+            told = [text.get_text() for legend in legends if legend for text in legend.get_texts()]
+            return " ".join([*told, *(ax.get_title(loc="right") for ax in axes)])
+
+        assert number in words(runs["as asked"])
+        assert number not in words(lost)
 
 
 def test_a_flight_that_ends_in_touch_has_its_area_as_well(runs):
