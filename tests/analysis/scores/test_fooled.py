@@ -218,6 +218,14 @@ def test_the_reason_of_a_missed_shape_is_a_true_one(drawn, told):
     assert stroke["excess"] == max(stroke[f"excess_{of}"] for of in ("drawn", "missing", "place"))
 
 
+def test_no_rounding_hides_that_a_stroke_misses_its_shape():
+    scores = judged([circle(0.6)], [1.0674 * circle(0.6)])
+    assert (
+        "the shape of the line is 20.2 mm off (root mean square), 1.01 times what is allowed"
+        in scores["missed"]
+    )
+
+
 @FEW
 @given(SIZES, st.sampled_from([circle, hook]), st.floats(0.5, 0.95), st.sampled_from(["zigzag", "coil"]))
 def test_a_scribble_within_what_a_place_may_be_off_is_not(size, figure, part, kind):

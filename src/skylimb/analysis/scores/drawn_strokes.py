@@ -19,6 +19,7 @@ from skylimb.analysis.scores.pen_line import reference_line
 from skylimb.analysis.scores.score import DRAWING, Score, Tolerance, metric
 from skylimb.analysis.scores.signals import in_contact, spacing
 from skylimb.analysis.scores.strokes import EXCESSES, drawn_line, held_off
+from skylimb.analysis.scores.verdict import quantities
 
 DRAWN = "drawn"
 """Where a run's metrics hold what was drawn, for whoever has it already."""
@@ -58,7 +59,8 @@ def _missed_strokes(run: Run) -> str:
         "excess_missing": f"places of {which} are far from all that was drawn (root mean square)",
         "excess_place": f"a single place of {which} is far off its shape",
     }[told]
-    return f"{what}, {worst[told]:.1f} times what is allowed{others}"
+    excess, _ = quantities(worst[told], 1.0, "times")
+    return f"{what}, {excess} what is allowed{others}"
 
 
 @metric(

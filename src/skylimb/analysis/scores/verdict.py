@@ -88,12 +88,12 @@ def _words(run: Run, score: Score, tolerance: Tolerance, value: float, bound: fl
         "allowed" if score.smaller_is_better else "commanded"
     )
     words = str(tolerance.words or usual)
-    told, allowed = _quantities(value, bound, unit)
+    told, allowed = quantities(value, bound, unit)
     return words.replace("{value}", told).replace("{bound}", allowed)
 
 
-def _quantities(value: float, bound: float, unit: str) -> tuple[str, str]:
-    """A value and its bound in the unit in which one thinks of them: mm, degrees, percent.
+def quantities(value: float, bound: float, unit: str) -> tuple[str, str]:
+    """A value and its bound in the unit in which one thinks of them: mm, degrees, percent, times.
 
     The value has more places where rounding would hide that it misses the bound.
     """
@@ -101,6 +101,7 @@ def _quantities(value: float, bound: float, unit: str) -> tuple[str, str]:
         "m": (1e3, " mm", 1, "f"),
         "rad": (float(np.degrees(1.0)), "\N{DEGREE SIGN}", 1, "f"),
         "count": (1.0, "", 6, "g"),
+        "times": (1.0, " times", 1, "f"),
         "": (100.0, " %", 0, "f"),
     }.get(unit, (1.0, f" {unit}", 3, "g"))
     allowed, told = f"{factor * bound:{'.1f' if unit == 'rad' else 'g'}}", ""
