@@ -167,6 +167,11 @@ def test_a_force_that_can_be_held_or_is_never_pressed_takes_off(experiment: str,
 BELIEVED = "approach.believed_friction"
 
 
+def test_what_is_believed_may_not_be_ruled_out():
+    with pytest.raises(ConfigError, match=r"believed_friction = \[0\.9, 0\.1\] rules out what is believed"):
+        skylimb.load_experiment("paper", set={BELIEVED: [0.9, 0.1]})
+
+
 @pytest.mark.parametrize(("friction", "held", "most"), [(0.4, "10.5", "6.3"), (0.8, "5.5", "3.3")])
 def test_a_force_that_leaves_too_little_over_is_refused_with_what_takes_off(
     friction: float, held: str, most: str

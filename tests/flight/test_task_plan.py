@@ -155,6 +155,22 @@ def test_the_asked_force_is_the_one_that_is_flown(robot, monkeypatch):
     assert asked[0].trajectory.force == (1.5, 1.5)
 
 
+def test_a_force_of_the_path_is_planned_for(robot, monkeypatch):
+    """The plan of push_and_slide, which presses up to 3 N, was one for the 1 N of the controller's gain."""
+    task_plan = import_module("skylimb.studies.planning.task_plan")
+    asked = []
+    task = task_plan._task
+    monkeypatch.setattr(task_plan, "_task", lambda *args: asked.append(args[-1]) or task(*args))
+    monkeypatch.setattr(task_plan, "rehearse", lambda *_: Rehearsal())
+    monkeypatch.setattr(task_plan, "best_postures", lambda *_: [])
+    experiment = skylimb.load_experiment("push_and_slide")
+    controller = skylimb.load_controller("drawing", robot)
+    for force in (None, 0.5):
+        with pytest.raises(UnreachableError):
+            plan_posture(experiment, robot, controller, force)
+    assert asked == [3.0, 0.5]
+
+
 def test_a_flight_that_is_refused_counts_as_lost(robot):
     experiment = skylimb.load_experiment("paper")
     hard = dataclasses.replace(

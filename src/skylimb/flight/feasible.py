@@ -77,7 +77,7 @@ def require_feasible(experiment: Experiment, robot: Robot, controller: Controlle
     fixed = dataclasses.replace(posture, waypoints=tuple(tuple(way) for way in posture.waypoints))
     _require_hover(fixed, robot, needs_of(controller).vectoring, tilt)
     require_slow_enough(experiment, robot, controller)
-    needs = _hardest(experiment, controller)
+    needs = hardest_needs(experiment, controller)
     if not experiment.approach.contact:
         return
     (along,) = _seen_from_the_tip(experiment, contact_frame(experiment.contact_axis).contact)
@@ -223,7 +223,7 @@ def _seen_from_the_tip(experiment: Experiment, *ways: np.ndarray) -> list[Direct
     return [tuple((rot_z(-heading) @ way).tolist()) for way in ways]
 
 
-def _hardest(experiment: Experiment, controller: Controller) -> Needs:
+def hardest_needs(experiment: Experiment, controller: Controller) -> Needs:
     """What the controller needs, with the greatest force that path, gains and changed gains command."""
     needs, asked = needs_of(controller), experiment.trajectory.force
     if asked and not needs.force:

@@ -237,6 +237,18 @@ def test_poses_come_at_quarters_of_the_path(make_run):
     assert shown == [f"reach {reach[round(f * (len(reach) - 1))]:.2f} m" for f in pose_strip.FRACTIONS]
 
 
+def test_poses_of_a_path_that_nobody_ended_are_not_called_parts_of_the_path(make_run):
+    run = make_run("hybrid", slide=6.0)
+    log = run.log.isel(time=slice(0, int(np.flatnonzero(run.log.phase.values == 4)[-50])))
+    lost = Run("lost", "hybrid", log.assign_attrs(status="FAILED"))
+
+    def titles(**runs):
+        return [ax.get_title() for ax in pose_strip.poses(runs).axes]
+
+    assert titles(lost=lost)[1:5] == [f"{part}% of what was flown" for part in (25, 50, 75, 100)]
+    assert titles(lost=lost, whole=run)[1:5] == [f"{part}% of the path" for part in (25, 50, 75, 100)]
+
+
 def test_a_clock_that_was_held_back_takes_no_pose_from_the_others(make_run):
     quick, slow = make_run("hybrid", slide=3.0, dt=0.01), make_run("following", slide=6.0, dt=0.01)
     sliding = slow.log.phase.values == 4

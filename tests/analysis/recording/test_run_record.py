@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from skylimb.analysis.figures import style
 from skylimb.analysis.notebook_run import Runs
 from skylimb.analysis.recording import FORMAT_VERSION, Run
 from skylimb.analysis.scores.read_only import read_only
@@ -247,3 +248,23 @@ def test_a_run_says_in_five_lines_what_it_is(tmp_path) -> None:
     assert len(lines) == 5
     read = Run.load(run.save(tmp_path / "log.nc"))
     assert repr(read).splitlines()[4] == f"  file: {tmp_path / 'log.nc'}"
+
+
+@pytest.mark.parametrize(
+    ("status", "mark", "told"),
+    [
+        ("FAILED", "failed", "FAILED; fell"),
+        ("UNFINISHED", "unfinished", "UNFINISHED; fell"),
+        ("STOPPED", "", "STOPPED; fell"),
+        ("OK", "", "OK; finished"),
+    ],
+)
+def test_a_run_says_once_how_it_ended(status, mark, told) -> None:
+    """A stopped flight said that it had finished, a lost one FAILED twice."""
+    log = xr.Dataset(
+        {"tilt": ("time", [0.1, 0.2])}, {"time": [0.0, 2.0]}, {"status": status, "cause": "fell"}
+    )
+    run = Run("mine", "pid", log)
+    assert run.mark == mark
+    assert repr(run).splitlines()[0] == f"Run 'mine': {told}"
+    assert style.marked("pid", run) == ("PID" if run.stopped or status == "OK" else f"PID ({mark})")

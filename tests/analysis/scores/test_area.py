@@ -7,6 +7,9 @@ import xarray as xr
 import skylimb
 from skylimb.analysis.figures import REPORT_FIGURES
 from skylimb.analysis.scores.area import CELL, areas, areas_of
+from skylimb.analysis.scores.metrics import metrics
+from skylimb.analysis.scores.registry import SETS, measured
+from skylimb.analysis.scores.user_scores import scored
 
 WORD = {
     "trajectory.text": "v",
@@ -71,6 +74,22 @@ def test_a_flight_is_scored_and_drawn(runs):
     assert len(picture.draw(runs).axes) == 2
 
 
+def test_figures_have_no_score_of_a_flight_that_was_lost(runs):
+    """The legend said how far its line was off, and the area's corner its IoU."""
+    lost = scored(skylimb.Run("as asked", "drawing", runs["as asked"].log.assign_attrs(status="FAILED")))
+    for name, number in (("drawing", "rms"), ("area", "IoU")):
+        picture = next(each for each in REPORT_FIGURES if each.name == name)
+
+        def words(run, picture=picture):
+            axes = picture.draw({"one": run}).axes
+            legends = [ax.get_legend() for ax in axes]
+            told = [text.get_text() for legend in legends if legend for text in legend.get_texts()]
+            return " ".join([*told, *(ax.get_title(loc="right") for ax in axes)])
+
+        assert number in words(runs["as asked"])
+        assert number not in words(lost)
+
+
 def test_a_flight_that_ends_in_touch_has_its_area_as_well(runs):
     log = runs["as asked"].log
     cut = log.isel(time=slice(0, int(np.flatnonzero(log.contact.values > 0)[-1]) + 1))
@@ -78,6 +97,20 @@ def test_a_flight_that_ends_in_touch_has_its_area_as_well(runs):
     assert whole is not None
     assert found is not None
     assert np.count_nonzero(found.drawn) == pytest.approx(np.count_nonzero(whole.drawn), rel=0.02)
+
+
+@pytest.mark.parametrize("signal", ["contact_force_normal", "tip_position", "cog_position", "slip_speed"])
+def test_a_sample_that_is_no_number_costs_numbers_and_raises_nothing(runs, signal):
+    """Some touch has no force, or no place: the area was an error of NumPy's, the trace one of LAPACK's."""
+    log = runs["as asked"].log
+    values = log[signal].values.copy()
+    values[np.flatnonzero(log.contact.values > 0)[len(values) // 20]] = np.nan
+    spoilt = log.assign({signal: (log[signal].dims, values, log[signal].attrs)})
+    scores, further = metrics(spoilt), measured(skylimb.Run("", "", spoilt), SETS)
+    assert scores["area_iou"] == (
+        None if signal == "contact_force_normal" else pytest.approx(metrics(log)["area_iou"], rel=0.01)
+    )
+    assert further["trace_distance"] is not None
 
 
 def test_the_width_at_a_sample_is_that_of_the_force_around_it(runs):

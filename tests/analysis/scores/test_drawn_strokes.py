@@ -151,6 +151,18 @@ def test_a_tail_belongs_to_the_stroke_before_and_a_lead_to_the_one_after() -> No
     assert drawn.lift_touch == pytest.approx(0.01 * (len(tail) + len(lead)))
 
 
+def test_a_drawing_that_is_stopped_has_each_stroke_where_it_was_drawn() -> None:
+    """With a stroke missing all that was drawn belonged to the first, and the place was that of nothing."""
+    third = circle(np.array([0.05, 0.02]), 0.006)
+    away = ("lift", False, AIR)
+    parts = [("slide", True, along(SQUARE)), away, ("slide", True, circle(np.array([0.1, 0.05]), 0.006))]
+    stopped = drawn_line(flight([SQUARE, parts[2][2], third], parts))
+    assert stopped is not None
+    assert [stroke.kept for stroke in stopped.strokes] == [True, True, False]
+    assert stopped.strokes[2].drawn == 0.0
+    assert stopped.place < 0.001
+
+
 def test_a_pen_that_never_leaves_has_its_lift_divided_in_the_middle() -> None:
     small = circle(np.array([0.2, 0.0]), 0.006)
     way = along(np.array([[0.0, 0.0], [0.2, 0.0]]))
@@ -174,6 +186,14 @@ def test_a_landing_is_no_touch_of_a_lifted_pen(stands: float) -> None:
     assert drawn_of(log).lift_touch > 0.0
     assert landed.lift_touch == 0.0
     assert landed.lift_time == pytest.approx(0.01 * (len(lift_samples) - waits))
+
+
+def test_a_log_that_begins_with_a_gap_has_the_same_lifts() -> None:
+    """Time was counted in steps as long as the first one."""
+    whole = small_and_large(tail=along(np.array([[0.0, 0.0], [0.02, 0.02]]), 0.002))
+    gap = whole.isel(time=np.r_[0, 40 : whole.sizes["time"]])
+    assert drawn_of(gap).lift_time == pytest.approx(drawn_of(whole).lift_time)
+    assert drawn_of(gap).lift_touch == pytest.approx(drawn_of(whole).lift_touch)
 
 
 def test_the_verdict_holds_a_drawing_to_order_and_lifts() -> None:

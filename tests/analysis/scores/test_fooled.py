@@ -200,6 +200,32 @@ def test_a_short_stroke_that_is_drawn_three_times_is_told_as_such():
     assert "strokes" in missed(judged([short], [along(short, [0.0, 1.0, 0.2, 1.0])]))
 
 
+@pytest.mark.parametrize(
+    ("drawn", "told"),
+    [
+        (1.2 * circle(0.6), "the shape of the line is 60.0 mm off (root mean square), 3.0 times"),
+        (circle(0.6)[:200], "places of the line are far from all that was drawn (root mean square), "),
+        (circle(0.6)[:385], "a single place of the line is far off its shape, "),
+    ],
+)
+def test_the_reason_of_a_missed_shape_is_a_true_one(drawn, told):
+    """What was drawn of a circle with a gap is right on its line."""
+    scores = judged([circle(0.6)], [drawn])
+    (words,) = (words for words in scores["missed"] if words.startswith(told))
+    (stroke,) = scores["strokes"]
+    told_excess = float(words.rpartition(", ")[2].split()[0])
+    assert told_excess in [round(stroke[f"excess_{of}"], 1) for of in ("drawn", "missing", "place")]
+    assert stroke["excess"] == max(stroke[f"excess_{of}"] for of in ("drawn", "missing", "place"))
+
+
+def test_no_rounding_hides_that_a_stroke_misses_its_shape():
+    scores = judged([circle(0.6)], [1.0674 * circle(0.6)])
+    assert (
+        "the shape of the line is 20.2 mm off (root mean square), 1.01 times what is allowed"
+        in scores["missed"]
+    )
+
+
 @FEW
 @given(SIZES, st.sampled_from([circle, hook]), st.floats(0.5, 0.95), st.sampled_from(["zigzag", "coil"]))
 def test_a_scribble_within_what_a_place_may_be_off_is_not(size, figure, part, kind):
@@ -224,6 +250,17 @@ def test_a_line_is_the_same_however_seldom_it_was_sampled(samples):
     assert scores["strokes"][0]["covered"] == 1.0
     assert scores["line_missing_max"] < 2.0 * MM
     assert scores["line_length_drawn"] == pytest.approx(scores["line_length"], rel=2e-3)
+
+
+@FEW
+@given(st.sampled_from([0.2, 0.4, 1.0]), st.floats(0.2, 1.4), st.floats(0.2, 1.4))
+def test_a_line_is_in_its_place_however_fast_each_part_of_it_was_drawn(size, first, then):
+    """A straight line whose halves have samples `first` and `then` (mm) apart."""
+    line = np.linspace([0.0, 0.0], [size, 0.0], 400)
+    at = [*np.arange(0.0, 0.5 * size, first * MM), *np.arange(0.5 * size, size, then * MM), size]
+    scores = judged([line], [np.column_stack([at, np.zeros(len(at))])])
+    assert scores["missed"] == []
+    assert scores["line_place"] < 0.3 * MM
 
 
 @FEW

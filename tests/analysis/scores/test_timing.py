@@ -151,7 +151,7 @@ def test_a_post_beside_its_place_is_no_error_of_the_line(beside):
     [
         seen_as_all_around(),
         np.pi * (EVEN - 1.0),  # half the way
-        np.pi * (2.0 * EVEN - 1.0) - 0.8 * np.maximum(EVEN - 0.9, 0.0),  # 24 mm short of its end
+        np.pi * (2.0 * EVEN - 1.0) - 1.6 * np.maximum(EVEN - 0.9, 0.0),  # 48 mm short of its end
     ],
 )
 def test_a_line_that_is_not_all_around_its_post_is_missed(turned):

@@ -51,6 +51,24 @@ def test_a_mean_force_that_is_missed_is_told_with_its_reason(flown):
     )
 
 
+@pytest.mark.parametrize(
+    ("signal", "unknown"),
+    [
+        ("contact_force_normal", {"force", "force_swing"}),
+        ("contact", {"contact"}),
+        ("contact_duty", {"contact"}),
+    ],
+)
+def test_a_truth_with_a_gap_does_not_pass_as_kept(flown, signal, unknown):
+    """One sample that is no number took its checks out of the verdict, and the rest was done as commanded."""
+    with_gap = flown.contact.astype(float) if signal not in flown else flown[signal].astype(float)
+    with_gap[first(flown, 0.5)[-1]] = np.nan
+    scores = metrics(flown.drop_vars("contact_duty", errors="ignore").assign({signal: with_gap}))
+    assert scores["done"] is False
+    assert {name for name, check in scores["checks"].items() if check["value"] is None} == unknown
+    assert all("there is none to be judged" in words for words in scores["missed"])
+
+
 @pytest.mark.parametrize(("force", "kept"), [(0.91, True), (1.09, True), (0.89, False), (1.11, False)])
 def test_the_tolerance_of_the_force_holds_both_ways(flown, force, kept):
     flown.contact_force_normal[:] = force * flown.contact_force_reference
@@ -127,3 +145,6 @@ def test_a_lost_flight_was_not_done(flown):
     lost = metrics(flown.assign_attrs(status="FAILED", cause="fell"))
     assert lost["done"] is False
     assert lost["missed"] == ["the flight was lost"]
+    held_back = metrics(flown.assign_attrs(status="UNFINISHED", cause="held back"))
+    assert held_back["done"] is False
+    assert held_back["missed"] == ["the flight was not finished"]

@@ -132,7 +132,7 @@ def test_a_kept_flight_is_scored_as_far_as_it_flew_and_its_report_says_what_was_
     assert run.stopped
     assert run.metrics["contact_fraction"] > 0.9
     report = (kept.folder / "report.html").read_text()
-    assert "was stopped by the user" in report
+    assert "was stopped from outside at t = " in report
     assert "STOPPED" in report
     for said in ("0.25 N on link2", "attitude.damping_ratio to [0.9"):
         assert said in report, said

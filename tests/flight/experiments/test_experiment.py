@@ -2,7 +2,7 @@
 
 import pytest
 
-from skylimb.base.errors import UnknownNameError
+from skylimb.base.errors import ConfigError, UnknownNameError
 from skylimb.flight.experiments.experiment import load_experiment
 
 
@@ -26,3 +26,10 @@ def test_a_slots_law_without_its_controller_is_meant() -> None:
     """As a page's table `[allocation]` has it."""
     with pytest.raises(UnknownNameError, match=r"did you mean 'controller\.allocation\.law'\?"):
         load_experiment("paper", {"allocation.law": "bounded"})
+
+
+@pytest.mark.parametrize("key", ["pen_line", "frechet", "of_size", "finest"])
+def test_what_a_line_is_divided_by_may_not_be_zero(key) -> None:
+    """A line drawn within 11 mm was then missed since it was not drawn."""
+    with pytest.raises(ConfigError, match=rf"tolerances\.{key} = 0.* must be above 0"):
+        load_experiment("paper", {f"tolerances.{key}": 0.0})

@@ -32,7 +32,8 @@ def drawn_area(runs: Mapping[str, Run]) -> Figure:
         picture, extent = pictures[name]
         ax.imshow(picture, extent=extent, origin="lower", interpolation="nearest")
         style.title(ax, name, run)
-        ax.set_title(f"IoU {area_iou(run):.2f}", loc="right", fontsize="small")
+        if not run.failed:
+            ax.set_title(f"IoU {area_iou(run):.2f}", loc="right", fontsize="small")
         ax.set(xlim=across, ylim=upward)
     style.label_outer(axes, len(runs), "to the right, seen from the robot (m)", "up (m)")
     words = {BOTH: "wanted and drawn", MISSING: "wanted, not drawn", BESIDE: "drawn, not wanted"}

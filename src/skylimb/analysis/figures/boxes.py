@@ -118,7 +118,7 @@ def _panel(ax: Axes, runs: Mapping[str, Run], metric: str, quantity: Quantity) -
         if values.size:
             _box(ax, place, values, colour[name])
         else:
-            text = "failed" if run.failed else "no data"
+            text = run.mark or "no data"
             shade = style.FAILURE if run.failed else style.TRUTH
             middle = {"transform": ax.get_xaxis_transform(), "ha": "center", "va": "center"}
             ax.text(place, 0.5, text, rotation=90, color=shade, **middle)

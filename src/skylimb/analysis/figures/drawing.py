@@ -112,17 +112,23 @@ def _distances(ax: Axes, runs: Mapping[str, Run]) -> None:
             continue
         step = np.linalg.norm(np.diff(points, axis=0), axis=1) * _joined(run.log, samples)
         way = np.concatenate([[0.0], np.cumsum(step)])
-        off = pen_line(run)
-        text = f"{style.label(name)}: rms {1e3 * off['rms']:.1f} mm, largest {1e3 * off['max']:.1f} mm"
-        for title in ("place", "shape"):
-            if (apart := run.metrics.get(f"line_{title}")) is not None:
-                text += f", {title} {1e3 * apart:.1f} mm"
+        text = style.marked(name, run) if run.failed else f"{style.label(name)}: {_numbers(run)}"
         thin = style.thin(len(way), 3000)
         ax.plot(way[thin], 1e3 * away[thin], color=colour[name], linewidth=0.8, label=text)
     ax.set(xlabel="length drawn (m)", ylabel="off its reference (mm)", ylim=(0.0, None))
     ax.margins(x=0.01)
     if ax.get_legend_handles_labels()[0]:
         ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2)
+
+
+def _numbers(run: Run) -> str:
+    """How far a run's line is off; a flight that failed has no such numbers."""
+    off = pen_line(run)
+    text = f"rms {1e3 * off['rms']:.1f} mm, largest {1e3 * off['max']:.1f} mm"
+    for title in ("place", "shape"):
+        if (apart := run.metrics.get(f"line_{title}")) is not None:
+            text += f", {title} {1e3 * apart:.1f} mm"
+    return text
 
 
 def _drawn(log: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:

@@ -41,7 +41,8 @@ def poses(runs: Mapping[str, Run]) -> Figure:
 
     Args:
         runs: by name, any number of them. The instants are parts of the mission's sliding period; a flight
-            that ended before it was over has fewer poses.
+            that ended before it was over has fewer poses. Where all did, nobody knows how long it was to be:
+            they are parts of what the longest flew of it.
 
     Returns:
         A figure; in every panel the shape before the contact stands behind in grey, its centre of gravity at
@@ -70,13 +71,12 @@ def poses(runs: Mapping[str, Run]) -> Figure:
             ax.set(aspect="equal", xlim=across, ylim=upward, xticks=[], yticks=[])
             ax.spines[:].set_visible(False)
         shade = style.FAILURE if run.failed else colour[name]
-        row[0].set_ylabel(
-            f"{style.label(name)}{' (failed)' if run.failed else ''}", color=shade, weight="bold"
-        )
+        row[0].set_ylabel(style.marked(name, run), color=shade, weight="bold")
         for ax, index in zip(row, instants[name], strict=False):
             _pose(ax, run.log, index, colour[name])
+    what = "the path" if any(_went_through(run.log) for run in runs.values()) else "what was flown"
     for ax, fraction in zip(axes[0], FRACTIONS, strict=True):
-        ax.set_title(f"{fraction:.0%} of the path" if fraction else "start of the path", pad=_OVER_POSES)
+        ax.set_title(f"{fraction:.0%} of {what}" if fraction else "start of the path", pad=_OVER_POSES)
     _scale_bar(axes[0, 0], across[0], high)
     style.legend_below(
         figure,
@@ -103,6 +103,12 @@ def poses(runs: Mapping[str, Run]) -> Figure:
 def poses_seen(runs: Mapping[str, Run]) -> bool:
     """Whether a flight lived to slide, so that there is a pose to draw."""
     return any(_instants(run.log, 0.0) for run in runs.values())
+
+
+def _went_through(log: xr.Dataset) -> bool:
+    """Whether a flight came to the end of its sliding period."""
+    sliding = in_phase(log, "slide")
+    return bool(sliding.any() and not sliding[-1])
 
 
 def _progress(log: xr.Dataset) -> np.ndarray:

@@ -103,10 +103,13 @@ def styled(function: Callable[Parameters, Result]) -> Callable[Parameters, Resul
 
 
 def title(ax: Axes, name: str, run: Run) -> None:
-    """Head a panel with the run's name; a failed flight says so."""
-    ax.set_title(
-        f"{label(name)} (failed)" if run.failed else label(name), color=FAILURE if run.failed else DARK
-    )
+    """Head a panel with the run's name; a flight that was lost or not finished says so."""
+    ax.set_title(marked(name, run), color=FAILURE if run.failed else DARK)
+
+
+def marked(name: str, run: Run) -> str:
+    """The name of a run as figures show it, with what became of it where it failed."""
+    return f"{label(name)} ({run.mark})" if run.failed else label(name)
 
 
 def thin(count: int, points: int = POINTS) -> slice:

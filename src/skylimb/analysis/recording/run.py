@@ -115,6 +115,11 @@ class Run:
         return self.failed and self.status != UNFINISHED
 
     @property
+    def mark(self) -> str:
+        """What stands behind the name of a flight that failed: failed or unfinished; empty for any other."""
+        return ("failed" if self.lost else "unfinished") if self.failed else ""
+
+    @property
     def stopped(self) -> bool:
         """Whether it was stopped on purpose; it is scored as far as it flew, and not judged."""
         return self.status == STOPPED
@@ -169,7 +174,7 @@ class Run:
     @property
     def verdict(self) -> str:
         """How the flight ended, and whether it did what was commanded, in a line."""
-        if self.failed:
+        if self.failed or self.stopped:
             return f"{self.status}: {self.cause}"
         if self.missed:
             return f"finished, not done as commanded: {'; '.join(self.missed)}"
@@ -187,7 +192,7 @@ class Run:
         scores = [f"{name} = {value}" for name, value in list(self.numbers().items())[:4]]
         return "\n".join(
             [
-                f"Run '{self.name}': {self.status}; {self.verdict}",
+                f"Run '{self.name}': {self.status}; {self.verdict.removeprefix(f'{self.status}: ')}",
                 f"  controller {self.controller or 'unknown'}, experiment {experiment}",
                 f"  scores: {', '.join(scores) or 'none'}",
                 f"  log: {len(self.log.data_vars)} signals over {seconds[-1] - seconds[0]:.2f} s",

@@ -31,7 +31,7 @@ class Overlay:
         self._unit = max(size[1] / 720, 0.3)
         self._title, self._text = self._font("DejaVuSans-Bold", 30), self._font("DejaVuSans", 20)
         self._small = self._font("DejaVuSans", 15)
-        self._name = palette.label(run.name) + (" (failed)" if run.failed else "")
+        self._name = palette.label(run.name) + (f" ({run.mark})" if run.failed else "")
         self._colour = ImageColor.getrgb(palette.colours({run.name: run})[run.name])
         self._speed = "" if speed == 1 else f"{speed:g} times real time"
         log = run.log

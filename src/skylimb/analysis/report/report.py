@@ -90,7 +90,7 @@ def render_report(
         columns=[(palette.label(name), palette.colours(runs)[name], run) for name, run in runs.items()],
         groups=groups,
         failures=[
-            (palette.label(name), run.cause or "no cause was recorded")
+            (palette.label(name), run.mark, run.cause or "no cause was recorded")
             for name, run in runs.items()
             if run.failed
         ],

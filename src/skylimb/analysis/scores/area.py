@@ -57,13 +57,15 @@ def area_iou(run: Run) -> float:
 
 
 def areas(log: xr.Dataset) -> Areas | None:
-    """The wanted and the drawn area; None of a log without a soft pen."""
+    """The wanted and the drawn area; None of a log without a soft pen, or whose force has a gap in touch."""
     if not {"reference_width", "contact_force_normal"} <= set(log.variables):
         return None
     line = np.column_stack([log.reference_line.values, log.reference_width.values])
     samples, points = marks(log)
     count = samples_within(log.time.values, FORCE_WINDOW)
     force = around(log.contact_force_normal.values, count).mean(axis=-1)[samples]
+    if not np.isfinite(force).all():
+        return None
     width = float(log.reference_width.attrs["per_force"]) * force
     return areas_of(
         np.vstack([dense(stroke) for stroke in between_gaps(line)]), np.column_stack([points, width])

@@ -17,8 +17,9 @@ import numpy as np
 from skylimb.analysis.recording.run import Run
 from skylimb.analysis.scores.pen_line import reference_line
 from skylimb.analysis.scores.score import DRAWING, Score, Tolerance, metric
-from skylimb.analysis.scores.signals import in_contact
-from skylimb.analysis.scores.strokes import drawn_line, held_off
+from skylimb.analysis.scores.signals import in_contact, spacing
+from skylimb.analysis.scores.strokes import EXCESSES, drawn_line, held_off
+from skylimb.analysis.scores.verdict import quantities
 
 DRAWN = "drawn"
 """Where a run's metrics hold what was drawn, for whoever has it already."""
@@ -52,10 +53,14 @@ def _missed_strokes(run: Run) -> str:
     drawn, length, longest = (f"{1e3 * worst[name]:.0f} mm" for name in ("drawn", "length", "longest"))
     if worst["excess"] <= 1.0:
         return f"{which} is drawn to and fro: {drawn} for its {length}, {longest} allowed{others}"
-    return (
-        f"the shape of {which} is {1e3 * worst['shape']:.1f} mm off (root mean square), "
-        f"{worst['excess']:.1f} times what is allowed{others}"
-    )
+    told = next(name for name in EXCESSES if worst[name] > 1.0)
+    what = {
+        "excess_drawn": f"the shape of {which} is {1e3 * worst['shape']:.1f} mm off (root mean square)",
+        "excess_missing": f"places of {which} are far from all that was drawn (root mean square)",
+        "excess_place": f"a single place of {which} is far off its shape",
+    }[told]
+    excess, _ = quantities(worst[told], 1.0, "times")
+    return f"{what}, {excess} what is allowed{others}"
 
 
 @metric(
@@ -169,6 +174,6 @@ def lift(run: Run) -> dict[str, float]:
     log = run.log
     if "reference_line" not in log or not reference_line(log):
         return {"time": np.nan, "touch_time": np.nan}
-    away, step = held_off(log), float(np.diff(log.time.values[:2])[0])
+    away, step = held_off(log), spacing(log.time.values)
     touch = step * float((away & in_contact(log)).sum())
     return {"time": step * float(away.sum()), "touch_time": touch}

@@ -118,6 +118,13 @@ def thinned(points: np.ndarray) -> np.ndarray:
     return points[[*kept, len(points) - 1] if kept[-1] < len(points) - 1 else kept]
 
 
+def even(line: np.ndarray, pitch: float) -> np.ndarray:
+    """The same line, (n, 2), with points as far apart all along it, `pitch` (m) at most."""
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    places = np.linspace(0.0, along[-1], int(np.ceil(along[-1] / pitch)) + 1)
+    return np.stack([np.interp(places, along, axis) for axis in line.T], axis=1)
+
+
 def at_most(points: np.ndarray, count: int) -> np.ndarray:
     """Evenly chosen of some points, (n, ...), with the first and the last."""
     if len(points) <= count:

@@ -41,7 +41,8 @@ def _wanted(run: Run) -> float:
 
 
 def _required(run: Run) -> bool:
-    return force_is_commanded(run.log)
+    """A force whose truth has a gap is not kept: nobody knows what it was there."""
+    return force_is_commanded(run.log) or bool(while_pressing(run.log).any())
 
 
 def _missed_mean(run: Run) -> str:

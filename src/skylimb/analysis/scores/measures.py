@@ -103,6 +103,7 @@ def reach_span(run: Run) -> float:
 def trace(run: Run) -> dict[str, float]:
     """What the pen drew, seen along the contact axis, where the desired path is a circle."""
     log, touching = run.log, _drawing(run)
+    touching &= np.isfinite(recorded(log, "tip_position")).all(axis=1)
     if np.count_nonzero(touching) < _FEW:
         return dict.fromkeys(("distance", "size", "distortion"), np.nan)
 

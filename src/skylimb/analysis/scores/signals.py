@@ -255,8 +255,8 @@ def moving_mean(time: np.ndarray, values: np.ndarray, window: float) -> np.ndarr
     Returns:
         Shape (n - k + 1,) for a window of k samples.
     """
-    spacing = (time[-1] - time[0]) / (len(time) - 1) if len(time) > 1 else window
-    count = int(np.clip(round(window / spacing), 1, len(values)))
+    step = (time[-1] - time[0]) / (len(time) - 1) if len(time) > 1 else window
+    count = int(np.clip(round(window / step), 1, len(values)))
     total = np.cumsum(np.concatenate([[0.0], values]))
     return (total[count:] - total[:-count]) / count
 
@@ -280,9 +280,14 @@ def at_ticks(log: xr.Dataset, other: xr.Dataset) -> xr.Dataset:
     return log.isel(time=np.searchsorted(log.time.values, other.time.values + begin + 1e-9, side="right") - 1)
 
 
+def spacing(time: np.ndarray) -> float:
+    """The time between two samples, s, of times (n,), n > 1, that may have gaps."""
+    return float(np.median(np.diff(time)))
+
+
 def samples_within(time: np.ndarray, window: float) -> int:
     """How many samples of evenly spaced times (s), shape (n,), a window (s) holds; at least one."""
-    return max(1, round(window / float(np.median(np.diff(time))))) if len(time) > 1 else 1
+    return max(1, round(window / spacing(time))) if len(time) > 1 else 1
 
 
 def around(values: np.ndarray, count: int) -> np.ndarray:

@@ -19,10 +19,19 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from skylimb.analysis.scores.fidelity import Fidelity, fidelity, frechet
-from skylimb.analysis.scores.fit import COARSE, Allowed, at_most, best_move, extent, feature_sizes, thinned
+from skylimb.analysis.scores.fit import (
+    COARSE,
+    Allowed,
+    at_most,
+    best_move,
+    even,
+    extent,
+    feature_sizes,
+    thinned,
+)
 from skylimb.analysis.scores.nearest import distances, nearest
-from skylimb.analysis.scores.pen_line import dense, drawn_samples, marks, reference_line
-from skylimb.analysis.scores.signals import in_contact, in_phase, phase_names, stretches
+from skylimb.analysis.scores.pen_line import PITCH, dense, drawn_samples, marks, reference_line
+from skylimb.analysis.scores.signals import in_contact, in_phase, phase_names, spacing, stretches
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,14 +46,21 @@ _SHAPE_POINTS = 600
 """Points of a reference line at most where what is allowed is wider than their spacing."""
 
 
+EXCESSES = ("excess_drawn", "excess_missing", "excess_place")
+"""What a `Stroke` may miss its shape by, in the order in which the first that misses is told."""
+
+
 @dataclass(frozen=True)
 class Stroke(Fidelity):
     """A stroke in its place, and its shape once the place of the whole drawing is taken off.
 
     Attributes:
         shape: distance of the moved stroke from its reference, root mean square, m.
-        excess: how many times as far as its corners and bows allow it is off its shape; by the root mean
-            square of drawn places and of reference places, and by the Frechet distance, the greatest of all.
+        excess: how many times as far as its corners and bows allow it is off its shape, the greatest of the
+            next three.
+        excess_drawn: by the root mean square of drawn places.
+        excess_missing: by that of reference places.
+        excess_place: by the Frechet distance, of a single place.
         covered: share of the stroke's length that is drawn, no farther off than a single place may be.
         longest: how long what is drawn of it may be, m.
         kept: whether it was drawn, keeps its shape, and is not drawn to and fro.
@@ -52,6 +68,9 @@ class Stroke(Fidelity):
 
     shape: float
     excess: float
+    excess_drawn: float
+    excess_missing: float
+    excess_place: float
     covered: float
     longest: float
     kept: bool
@@ -80,7 +99,8 @@ class Drawn(NamedTuple):
 def drawn_line(log: xr.Dataset) -> Drawn | None:
     """How faithfully a line was drawn, whole and stroke by stroke; None where there is no reference line.
 
-    Where strokes cannot be told apart, all that was drawn belongs to the first.
+    Where there are more lifts than between the strokes, all that was drawn belongs to the first. Of a flight
+    that was stopped the first ones are there.
     """
     lines = reference_line(log)
     if not lines:
@@ -89,10 +109,13 @@ def drawn_line(log: xr.Dataset) -> Drawn | None:
     size = extent(lines)
     samples, points = drawn_samples(log)
     begins = stroke_begins(log)
-    parts = np.searchsorted(begins if len(begins) == len(lines) else begins[:1], samples, side="right") - 1
+    parts = np.searchsorted(begins if len(begins) <= len(lines) else begins[:1], samples, side="right") - 1
     drawn = [list(_pieces(samples[parts == index], points[parts == index])) for index in range(len(lines))]
     wanted = [dense(thinned(line)) for line in lines]
-    move = best_move([np.vstack([np.zeros((0, 2)), *map(dense, pieces)]) for pieces in drawn], wanted)
+    move = best_move(
+        [np.vstack([np.zeros((0, 2)), *(even(piece, PITCH) for piece in pieces)]) for pieces in drawn],
+        [even(line, PITCH) for line in wanted],
+    )
     there = np.vstack(wanted)
     taken = np.linalg.norm(move.of(there) - there, axis=1) if len(samples) else np.array([np.nan])
     numbers, touched = marks(log)
@@ -122,20 +145,22 @@ def _stroke(placed: Fidelity, wanted: np.ndarray, drawn: list[np.ndarray], allow
     """
     longest = allowed.longest(placed.length)
     if not drawn:
-        return Stroke(**asdict(placed), shape=np.nan, excess=np.nan, covered=0.0, longest=longest, kept=False)
+        none = dict.fromkeys(("shape", "excess", *EXCESSES), np.nan)
+        return Stroke(**asdict(placed), **none, covered=0.0, longest=longest, kept=False)
     points, sizes = np.vstack(drawn), feature_sizes(wanted)
     most, farthest = allowed.of(sizes), allowed.farthest(sizes)
     beside = nearest(points, wanted)
     off, missing = np.linalg.norm(points - wanted[beside], axis=1), distances(wanted, points)
     ratios = (
-        np.sqrt(np.mean((off / most[beside]) ** 2)),
-        np.sqrt(np.mean((missing / most) ** 2)),
+        float(np.sqrt(np.mean((off / most[beside]) ** 2))),
+        float(np.sqrt(np.mean((missing / most) ** 2))),
         frechet(at_most(wanted, _SHAPE_POINTS), points, at_most(farthest, _SHAPE_POINTS)),
     )
     return Stroke(
         **asdict(placed),
         shape=float(np.sqrt(np.mean(off**2))),
-        excess=float(max(ratios)),
+        excess=max(ratios),
+        **dict(zip(EXCESSES, ratios, strict=True)),
         covered=float(np.mean(missing <= farthest)),
         longest=longest,
         kept=bool(max(ratios) <= 1.0 and placed.drawn <= longest),
@@ -172,7 +197,7 @@ def held_off(log: xr.Dataset) -> np.ndarray:
     """
     away = lifted(log)
     if "mission_time" in log:
-        clock, step = log.mission_time.values, float(np.diff(log.time.values[:2])[0])
+        clock, step = log.mission_time.values, spacing(log.time.values)
         for begin, end in stretches(away):
             away[begin:end] = clock[begin:end] < clock[end - 1] - _WAITS * step - 1e-9
     return away

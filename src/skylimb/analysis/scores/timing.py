@@ -43,6 +43,7 @@ def _allowed(run: Run) -> float:
         f"the pen is within {{value}} of where it should be for {100.0 * PART:g} % of the time, "
         "{bound} allowed",
         scaled=_allowed,
+        required=lambda run: {"tip_position", "tip_position_reference"} <= set(run.log.variables),
     ),
 )
 def pen_behind(run: Run) -> float:

@@ -14,11 +14,19 @@ LOSS_TIME = 0.050
 """Seconds without touch that count as a loss; a pen that skips over a rough patch is not lost."""
 
 
+_TOUCH = {"contact_duty", "contact"}
+"""Signals of which one tells the touch."""
+
+
 @metric(
     smaller_is_better=False,
     group=CONTACT,
     row="fraction of the time in contact (truth)",
-    tolerance=Tolerance("contact", "the pen touches {value} of the time, {bound} commanded"),
+    tolerance=Tolerance(
+        "contact",
+        "the pen touches {value} of the time, {bound} commanded",
+        required=lambda run: bool(_TOUCH & set(run.log.variables)),
+    ),
 )
 def contact_fraction(run: Run) -> float:
     """Fraction of the time in contact (truth)."""
@@ -39,7 +47,7 @@ def contact_fraction(run: Run) -> float:
 def contact_losses(run: Run) -> float:
     """Gaps that lasted; what was never touched cannot be lost."""
     log = run.log
-    if "contact_duty" not in log and "contact" not in log:
+    if not _TOUCH & set(log.variables):
         return np.nan
     time, touching = log.time.values, in_contact(log)
     touched = time[np.argmax(touching)] if touching.any() else np.inf

@@ -4,8 +4,8 @@ A flight that comes to its end has the status OK. That says nothing of what it d
 every score that is declared with a tolerance is held to it, a user's own as well. The pen touches, keeps to
 its reference line, draws all of it, and presses with the commanded force where one is commanded. What is
 commanded and has no value is missed; what else has none is not judged. A flight of which nothing can be
-judged, such as one that is to touch nothing, has no verdict. A lost flight did not do what was commanded,
-whatever it did before.
+judged, such as one that is to touch nothing, has no verdict. A flight that was lost or not finished did not
+do what was commanded, whatever it did before.
 """
 
 from __future__ import annotations
@@ -57,8 +57,9 @@ def verdict(run: Run, scores: Iterable[Score]) -> dict[str, Any]:
         if (tolerance := score.tolerance) and (bound := tolerance.stated(known)) is not None
     ]
     if run.failed:
-        lost = bool(held) or run.metrics.get("done") is False
-        return {"done": False if lost else None, "missed": ["the flight was lost"] * lost, "checks": checks}
+        judged = bool(held) or run.metrics.get("done") is False
+        words = "the flight was lost" if run.lost else "the flight was not finished"
+        return {"done": False if judged else None, "missed": [words] * judged, "checks": checks}
     if run.stopped:
         return {"done": None, "missed": [], "checks": checks}
     for score, tolerated, stated in held:
@@ -87,12 +88,12 @@ def _words(run: Run, score: Score, tolerance: Tolerance, value: float, bound: fl
         "allowed" if score.smaller_is_better else "commanded"
     )
     words = str(tolerance.words or usual)
-    told, allowed = _quantities(value, bound, unit)
+    told, allowed = quantities(value, bound, unit)
     return words.replace("{value}", told).replace("{bound}", allowed)
 
 
-def _quantities(value: float, bound: float, unit: str) -> tuple[str, str]:
-    """A value and its bound in the unit in which one thinks of them: mm, degrees, percent.
+def quantities(value: float, bound: float, unit: str) -> tuple[str, str]:
+    """A value and its bound in the unit in which one thinks of them: mm, degrees, percent, times.
 
     The value has more places where rounding would hide that it misses the bound.
     """
@@ -100,6 +101,7 @@ def _quantities(value: float, bound: float, unit: str) -> tuple[str, str]:
         "m": (1e3, " mm", 1, "f"),
         "rad": (float(np.degrees(1.0)), "\N{DEGREE SIGN}", 1, "f"),
         "count": (1.0, "", 6, "g"),
+        "times": (1.0, " times", 1, "f"),
         "": (100.0, " %", 0, "f"),
     }.get(unit, (1.0, f" {unit}", 3, "g"))
     allowed, told = f"{factor * bound:{'.1f' if unit == 'rad' else 'g'}}", ""

@@ -23,7 +23,7 @@ def plan(
     controller: Annotated[
         str, arg("What is to fly it: its force, and what its vectoring angles keep.", "NAME")
     ] = "hybrid",
-    force: Annotated[float | None, arg("Normal force; by default the controller's, else 3 N.", "N")] = None,
+    force: Annotated[float | None, arg("Normal force; by default what is commanded, else 3 N.", "N")] = None,
     set: Settings = None,
     by: Annotated[
         Literal["flight", "margin"],

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import field
 from typing import Annotated, Literal
 
-from skylimb.base.keys import Key, configuration
+from skylimb.base.keys import Key, configuration, refused
 from skylimb.control.missions.excitation import ExcitationConfig
 from skylimb.control.missions.wrap import WrapConfig
 from skylimb.control.planning.trajectory_config import TrajectoryConfig
@@ -100,6 +100,14 @@ class ApproachConfig:
             "friction: refused before take-off, or flown with a warning",
         ),
     ] = "refuse"
+
+    def check(self) -> None:
+        """Refuse a greatest friction below the one that is believed."""
+        usual, most = self.believed_friction
+        if most < usual:
+            raise refused(
+                self, "believed_friction", "rules out what is believed; the second may not be the smaller"
+            )
 
 
 @configuration

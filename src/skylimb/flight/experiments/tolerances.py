@@ -47,16 +47,16 @@ class Tolerances:
     finest: Annotated[
         float, Key("m", "what is allowed of that however small the line is", above=0.0, high=10.0)
     ] = 0.001
-    pen_line: Annotated[float, Key("m", "what is allowed of that however large the line is", 0.0, 10.0)] = (
-        0.020
-    )
+    pen_line: Annotated[
+        float, Key("m", "what is allowed of that however large the line is", above=0.0, high=10.0)
+    ] = 0.020
     frechet: Annotated[
         float,
         Key(
             "m",
             "greatest Frechet distance of a stroke from its shape; less where its size allows less",
-            0,
-            10,
+            above=0.0,
+            high=10.0,
         ),
     ] = 0.020
     marks: Annotated[

@@ -18,7 +18,7 @@ from skylimb.base.files import new_folder
 from skylimb.base.rotations import rot_z
 from skylimb.base.sources import read_source
 from skylimb.control.controller import Controller
-from skylimb.control.needs import TORQUE, needs_of
+from skylimb.control.needs import TORQUE
 from skylimb.control.planning.posture import standing
 from skylimb.control.planning.task import Task, TaskPosture, judged_posture
 from skylimb.control.planning.task_family import settled_in
@@ -27,6 +27,7 @@ from skylimb.control.planning.vectoring import PURPOSES, vectoring_table
 from skylimb.control.planning.vectoring_digest import robot_digest
 from skylimb.control.planning.vectoring_files import table_file, write_table
 from skylimb.flight.experiments.experiment import Experiment, load_experiment, require_contact
+from skylimb.flight.feasible import hardest_needs
 from skylimb.flight.loading import load_flight
 from skylimb.flight.plan import mission_of
 from skylimb.robots.equilibrium_results import NotHeld, Within
@@ -89,7 +90,8 @@ def plan(
     Args:
         experiment: a name, a TOML file, or an experiment at hand.
         controller: what is to fly it: a name, a file, or a controller at hand.
-        force: normal force, N; by default the controller's, else 3 N.
+        force: normal force, N; by default the greatest of `trajectory.force`, else the controller's, else
+            3 N.
         set: dotted keys of the experiment, or of the controller with "controller." in front, and new values.
         by: what counts, see `plan_posture`.
 
@@ -120,7 +122,8 @@ def plan_posture(
         experiment: with a surface and a path.
         robot: the experiment's.
         controller: what is to fly it; it says which force it commands, and what its vectoring angles keep.
-        force: normal force, N; by default the controller's, else `FORCE`.
+        force: normal force, N; by default the greatest of `trajectory.force`, else the controller's, else
+            `FORCE`.
         by: "flight" proposes nothing that flies worse than the robot's own posture, see `Rehearsal`;
             "margin" whatever is not lost.
 
@@ -129,7 +132,7 @@ def plan_posture(
         UnreachableError: no posture can do it, or none of those that can be held flies well enough.
     """
     require_contact(experiment, f"experiment {experiment.name}", "plan")
-    needs = needs_of(controller)
+    needs = hardest_needs(experiment, controller)
     robot = standing(robot.pairs, needs.vectoring)
     wanted = force if force is not None else needs.force or FORCE
     if not 0.0 < wanted < 1e3:
