@@ -25,6 +25,7 @@ from skylimb.apps.cli.main import main
 from skylimb.base.aside import UNREAD
 from skylimb.base.errors import ConfigError, OutputError
 from skylimb.base.interrupts import answering
+from skylimb.control.supervisor.table import TABLE
 from skylimb.flight.realtime.fly_on_clock import ClockedFlight
 from skylimb.flight.realtime.fly_robot import ENDED, fly_robot
 from skylimb.flight.realtime.link import Datagram, RemoteVehicle
@@ -140,8 +141,14 @@ def test_a_link_that_is_cut_coasts_then_breaks_off() -> None:
     away = log.root_position_measured.values[200] - run.log.root_position_measured.values[200]
     assert float(np.abs(away).max()) < 0.03
     assert 200 < np.argmax(broken) < 210
-    assert over.run.cause == "broken off by the guard"
-    assert over.faults["too old"] > 50
+    assert over.run.cause == (
+        "broken off by the guard (no pose for long, pose too old, no joint angles for long)"
+    )
+    assert over.faults["pose too old"] > 50
+    # What is on the disk while it flies says why it landed, also where nobody lives to tell.
+    modes = list(TABLE.modes)
+    assert [modes[int(log.supervisor_mode[k])] for k in (79, 150, 205)] == ["NORMAL", "COAST", "DESCEND"]
+    assert int(log.supervisor_bits[205]) >> list(TABLE.bits).index("blind") & 1
 
 
 @pytest.mark.parametrize("step", [-2.0, -0.3, 0.3])
@@ -152,7 +159,7 @@ def test_a_robot_whose_clock_is_set_flies_on(step: float) -> None:
     over, _ = flown(before=set_clock)
     run, count = skylimb.run("paper", "hybrid", set=HOLD), 160
     assert over.faults["clock of the stamps was set"] == 1
-    assert over.faults.get("too old", 0) <= 3  # of the seven messages that are refused four are waited for
+    assert over.faults.get("pose too old", 0) <= 3  # of seven messages that are refused four are waited for
     assert not over.run.log.retreating.values[:count].any()
     away = over.run.log.root_position_measured - run.log.root_position_measured
     assert float(np.abs(away[:count]).max()) < 0.005
@@ -173,7 +180,7 @@ def test_a_twist_that_sticks_leads_back_and_down(field: str, stuck: tuple[float,
     over, robot = flown(spoil=spoil)
     log = over.run.log
     lean = np.linalg.norm(log.root_quaternion_measured.values[:, 1:3], axis=1)
-    assert over.run.cause == "broken off by the guard"
+    assert over.run.cause.startswith("broken off by the guard (")
     assert 200 < np.argmax(log.retreating.values > 0.0) < 225
     assert 2.0 * float(np.arcsin(lean.max())) < 0.2
     assert -0.1 < robot.position()[2] < 0.1
@@ -191,7 +198,7 @@ def test_an_encoder_that_lies_is_not_believed(ticks: int) -> None:
     over, robot = flown(spoil=spoil)
     lean = np.linalg.norm(over.run.log.root_quaternion_measured.values[:, 1:3], axis=1)
     assert over.faults["angle out of range"] == ticks
-    assert over.run.cause == ("" if ticks == 20 else "broken off by the guard")
+    assert over.run.cause == ("" if ticks == 20 else "broken off by the guard (no joint angles for long)")
     assert 2.0 * float(np.arcsin(lean.max())) < 0.2
     assert -0.1 < robot.position()[2] < 0.1
 
@@ -223,7 +230,7 @@ def test_a_robot_that_is_broken_off_high_up_is_led_all_the_way_down() -> None:
         far.cut = 1013 <= k < 1143
 
     over, robot = flown(before=gone, changes=circle)
-    assert over.run.cause == "broken off by the guard"
+    assert over.run.cause.startswith("broken off by the guard (")
     heights = over.run.log.root_position_measured.values[:, 2]
     assert heights[np.argmax(over.run.log.retreating.values > 0.0)] > 1.3
     assert robot.position()[2] < 0.0

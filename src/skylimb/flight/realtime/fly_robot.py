@@ -154,7 +154,7 @@ def _fly(
                 seen = measured_at(driver, k)
                 if guard.retreating:
                     landing.next(seen, driver.log[k][driver.layout.slices["thrusts_command"]], clock.period)
-                    cause = cause or ("broken off by the guard" if at <= last else "")
+                    cause = cause or (guard.reason if at <= last else "")
                 elif at > last or flown >= total:
                     guard.retreat()  # the mission is over: land
                 elif lost := _ended(ended) or _lost(driver, whole, limits, k, at) or look.left(seen):
