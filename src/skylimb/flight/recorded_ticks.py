@@ -18,7 +18,9 @@ CUT_OFF = "its record was cut off in flight"
 
 
 class RecordedTicks:
-    """Gives a driver's rows to a recorder; nothing where there is none.
+    """Gives a driver's rows to a recorder once it has begun; nothing where there is none.
+
+    To make it takes up to seconds, to begin it none: between a look at a robot and its flight there are few.
 
     Args:
         recorder: of this flight, or None.
@@ -30,7 +32,11 @@ class RecordedTicks:
         self._recorder, self._layout, self._period = recorder, layout, plan.period
         if recorder is not None:
             self._messages = RowMessages(self._run(plan), layout)
-            recorder.take(self._messages.begin)
+
+    def begin(self) -> None:
+        """Begin the flight's record."""
+        if self._recorder is not None:
+            self._recorder.take(self._messages.begin)
 
     def flown(self, k: int, row: np.ndarray) -> None:
         """Keep tick `k`; one that was flown before is flown anew from here."""

@@ -11,6 +11,7 @@ import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
@@ -20,6 +21,7 @@ import pytest
 
 import skylimb
 from short_flights import HOLD
+from skylimb.analysis.exchange.recorder import FlightRecorder
 from skylimb.analysis.report.controller_replay import differences
 from skylimb.apps.cli.main import main
 from skylimb.base.aside import UNREAD
@@ -310,7 +312,7 @@ def test_who_ends_it_lands_the_robot_and_a_second_time_stops_the_commands(number
             flown(before=twice)
 
 
-def test_over_udp_on_the_wall_clock() -> None:
+def test_over_udp_on_the_wall_clock(tmp_path: Path) -> None:
     robot = UdpLink(("127.0.0.1", 0))
     near = UdpLink(("127.0.0.1", 0), robot.address)
     short = {**HOLD, "approach.contact": False, "approach.depth": 0.05}
@@ -318,7 +320,7 @@ def test_over_udp_on_the_wall_clock() -> None:
     served = threading.Thread(target=lambda: ticks.append(serve_plant(robot, "paper", short)))
     served.start()
     try:
-        over = fly_robot(near, "paper", "hybrid", short, patience=30.0)
+        over = fly_robot(near, "paper", "hybrid", short, patience=30.0, recorder=FlightRecorder(tmp_path))
     finally:
         served.join(timeout=60.0)
         near.close()
@@ -327,6 +329,9 @@ def test_over_udp_on_the_wall_clock() -> None:
     assert ticks[0] > 100
     assert over.run.log.sizes["time"] > 100
     assert np.isfinite(over.run.log.thrusts_command).all()
+    # Between the look and the first command the record was made, for a second: 130 states were lost.
+    assert over.faults.get("flood", 0) < 40
+    assert next(tmp_path.glob("*.mcap")).stat().st_size > 10_000
 
 
 def test_where_nobody_answers_nothing_flies() -> None:

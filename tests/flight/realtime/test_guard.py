@@ -156,12 +156,13 @@ def test_each_bit_of_the_table_has_words_for_a_pilot() -> None:
 
 
 def test_why_it_was_broken_off_is_what_was_asked_and_not_that_somebody_asked(
-    flight: Flight, hovering: Make
+    flight: Flight, hovering: Make, caplog: pytest.LogCaptureFixture
 ) -> None:
     flight.tick(hovering())
     flight.guard.retreat("low battery")
     flight.tick(hovering())
     assert flight.guard.reason == "broken off by the guard (low battery)"
+    assert "NORMAL -> RETREAT: low battery" in caplog.text
 
 
 def test_too_many_missed_ticks_in_a_row_retreat(flight: Flight, hovering: Make) -> None:

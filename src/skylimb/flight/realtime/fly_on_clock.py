@@ -63,6 +63,7 @@ def fly_on_clock(
         loop = Loop(driver, mission, takeoff.experiment.terminations, takeoff.count)
         driver.prepare(guard.rehearsed(driver.first, takeoff.period))
         ticks = RecordedTicks(recorder, takeoff, driver.layout)
+        ticks.begin()
         for k in ticks_on_clock(clock):
             going = loop.tick()
             if loop.ticks > k:

@@ -34,6 +34,7 @@ from skylimb.flight.realtime.clocked_flight import (
     guarded_controller,
     ticks_on_clock,
     timing_of,
+    without_garbage,
 )
 from skylimb.flight.realtime.guard import GuardedController
 from skylimb.flight.realtime.landed import Landed
@@ -107,7 +108,7 @@ def fly_robot(
     told = unprotected(plan.robot, plan.needs.vectoring, limits)
     first, begins = plan.mission.first, start or StartLimits()
     look = Look(plan.robot, vehicle, clock, first, begins, calibration, patience, told)
-    with said_aside() as words:
+    with said_aside() as words, without_garbage():
         flight, whole = _fly(plan, guard, vehicle, clock, progress, recorder, look, listen, limits.floor)
     values = {name: flight.signal(name) for name in flight.layout.slices}
     values |= mission_signals(flown_mission(whole, flight), flight.ticks)
@@ -141,9 +142,10 @@ def _fly(
     hover = float(np.sum(np.asarray(posed.hover_thrusts)))
     driver = FreeDriver(guard, vehicle, plan.robot, whole, count, events.gains)
     driver.prepare(guard.rehearsed(driver.first, plan.period))
+    ticks = RecordedTicks(recorder, plan, driver.layout)
     if wrong := [str(one) for one in look.found(listen) if not one.fine]:
         raise ConfigError(f"nothing is flown: {'; '.join(wrong)}")
-    ticks = RecordedTicks(recorder, plan, driver.layout)
+    ticks.begin()
     due, landing = ticks_on_clock(clock), Landed(guard, driver, look, hover, floor)
     flown, cause, ended = 0, "", list[int]()
     with answering_first(ENDS, lambda number, _: ended.append(number)), unfrozen():

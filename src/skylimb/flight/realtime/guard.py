@@ -268,7 +268,8 @@ class GuardedController:
         if mode != self._mode:
             self._mode = mode
             if mode >= RETREAT:
-                seen = ", ".join(WORDS[name] for name, bit in bits.items() if bit > 0.5)
+                words = {**WORDS, "land": self.why or WORDS["land"]}
+                seen = ", ".join(words[name] for name, bit in bits.items() if bit > 0.5)
                 self.why = self.why or seen
                 _log.warning("%s -> %s: %s", before, self.mode, seen)
 
