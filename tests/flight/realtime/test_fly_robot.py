@@ -6,13 +6,14 @@ import itertools
 import json
 import math
 import os
+import shutil
 import signal
 import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from types import MappingProxyType
+from types import MappingProxyType, SimpleNamespace
 from typing import Any
 
 import msgspec
@@ -21,7 +22,7 @@ import pytest
 
 import skylimb
 from short_flights import HOLD
-from skylimb.analysis.exchange.recorder import FlightRecorder
+from skylimb.analysis.exchange.recorder import FULL, LEAST, FlightRecorder
 from skylimb.analysis.report.controller_replay import differences
 from skylimb.apps.cli.main import main
 from skylimb.base.aside import UNREAD
@@ -85,6 +86,7 @@ def flown(
     changes: Mapping[str, Any] = MappingProxyType({}),
     spoil: Callable[[dict[str, Any]], None] = lambda fields: None,
     start: StartLimits | None = None,
+    recorder: FlightRecorder | None = None,
 ) -> tuple[ClockedFlight, SimulatedRobot]:
     there, back = deque[bytes](), deque[bytes]()
     near, far = End(there, back, "robot"), End(back, there, "us")
@@ -102,8 +104,9 @@ def flown(
             return super().receive(most)
 
     link = Greeting(near.coming, near.leaving, "robot")
+    keys, made = {**HOLD, **changes}, recorder
     return fly_robot(
-        link, "paper", controller, {**HOLD, **changes}, pacer=clock, listen=0.0, start=start
+        link, "paper", controller, keys, pacer=clock, listen=0.0, start=start, recorder=made
     ), robot
 
 
@@ -332,6 +335,23 @@ def test_over_udp_on_the_wall_clock(tmp_path: Path) -> None:
     # Between the look and the first command the record was made, for a second: 130 states were lost.
     assert over.faults.get("flood", 0) < 40
     assert next(tmp_path.glob("*.mcap")).stat().st_size > 10_000
+
+
+def test_a_disk_that_fills_in_flight_is_said_at_once_and_lands_nobody(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    recorder, told = FlightRecorder(tmp_path), dict[int, str]()
+
+    def fill(k: int, robot: SimulatedRobot, far: End) -> None:
+        told[k] = caplog.text
+        if k == 100:
+            monkeypatch.setattr(shutil, "disk_usage", lambda folder: SimpleNamespace(free=LEAST - 1))
+
+    over, _ = flown(before=fill, recorder=recorder)
+    assert FULL not in told[100]
+    assert f"recorder: {FULL}" in told[410]
+    assert over.faults[FULL] == 1
+    assert over.run.cause == ""
 
 
 def test_where_nobody_answers_nothing_flies() -> None:

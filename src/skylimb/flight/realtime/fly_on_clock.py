@@ -75,5 +75,5 @@ def fly_on_clock(
     return ClockedFlight(
         scored_run(takeoff, flight),
         timing_of(flight, takeoff.period),
-        guard.counts,
+        {**guard.counts, **ticks.faults},
     )

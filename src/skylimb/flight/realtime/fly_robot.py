@@ -109,12 +109,14 @@ def fly_robot(
     first, begins = plan.mission.first, start or StartLimits()
     look = Look(plan.robot, vehicle, clock, first, begins, calibration, patience, told)
     with said_aside() as words, without_garbage():
-        flight, whole = _fly(plan, guard, vehicle, clock, progress, recorder, look, listen, limits.floor)
+        flight, whole, kept = _fly(
+            plan, guard, vehicle, clock, progress, recorder, look, listen, limits.floor
+        )
     values = {name: flight.signal(name) for name in flight.layout.slices}
     values |= mission_signals(flown_mission(whole, flight), flight.ticks)
     times = np.arange(flight.ticks) * plan.period
     run = documented(flight_run(plan, values, times, flight.cause), plan)
-    faults = {**guard.counts, **vehicle.counts, **({UNREAD: words.lost} if words.lost else {})}
+    faults = {**guard.counts, **vehicle.counts, **kept, **({UNREAD: words.lost} if words.lost else {})}
     return ClockedFlight(run, timing_of(flight, plan.period), faults)
 
 
@@ -128,8 +130,8 @@ def _fly(
     look: Look,
     listen: float,
     floor: float,
-) -> tuple[Flight, Mission]:
-    """The flight up to its landing, and the mission with time to land."""
+) -> tuple[Flight, Mission, Mapping[str, int]]:
+    """The flight up to its landing, the mission with time to land, and the faults of its record."""
     mission, limits = plan.mission, plan.experiment.terminations
     last, total = len(mission.times) - 1, len(mission.flight_times(guard.needs.paced))
     highest = float(mission.reference.position[:, 2].max())
@@ -168,7 +170,7 @@ def _fly(
         except (Exception, SystemExit) as error:
             landing.without_log(due, clock.period, error)
             raise
-    return Flight(driver.log, driver.layout, flown, cause), whole
+    return Flight(driver.log, driver.layout, flown, cause), whole, ticks.faults
 
 
 def check_robot(
