@@ -103,12 +103,17 @@ def test_of_a_flight_whose_disk_filled_only_the_part_before_is_called_kept(
 ) -> None:
     free = [10**10]
     monkeypatch.setattr(shutil, "disk_usage", lambda folder: Usage(free[0]))
-    with pytest.raises(RuntimeError) as stopped, recording(tmp_path / "out") as recorder:
-        assert recorder is not None
-        for k, messages in enumerate(published(flown, 500)):
-            free[0] = LEAST - (k > 210)
-            recorder.take(messages)
-        raise RuntimeError
+
+    def fly() -> None:
+        with recording(tmp_path / "out") as recorder:
+            assert recorder is not None
+            for k, messages in enumerate(published(flown, 500)):
+                free[0] = LEAST - (k > 210)
+                recorder.take(messages)
+            raise RuntimeError
+
+    with pytest.raises(RuntimeError) as stopped:
+        fly()
     place = tmp_path / "out-interrupted"
     assert stopped.value.__notes__ == [f"what was flown before the disk had no room is kept in '{place}'"]
 

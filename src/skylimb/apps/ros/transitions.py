@@ -24,7 +24,6 @@ from skylimb.apps.ros.limits import FlightLimits
 from skylimb.apps.ros.states import UNKNOWN_HEIGHT, Arming, FlightState, Flying, Order, Seen
 from skylimb.flight.realtime.landing import STANDS, Standing
 
-
 _FLIES = "it would reset the controller of this flight"
 _WAITS = "the flight controller has not confirmed yet that the motors are off"
 _STARTED = {
