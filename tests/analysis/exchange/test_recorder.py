@@ -98,6 +98,26 @@ def test_a_disk_that_fills_ends_the_record_and_not_the_flight(
         FlightRecorder(tmp_path)
 
 
+def test_of_a_flight_whose_disk_filled_only_the_part_before_is_called_kept(
+    flown: skylimb.Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    free = [10**10]
+    monkeypatch.setattr(shutil, "disk_usage", lambda folder: Usage(free[0]))
+
+    def fly() -> None:
+        with recording(tmp_path / "out") as recorder:
+            assert recorder is not None
+            for k, messages in enumerate(published(flown, 500)):
+                free[0] = LEAST - (k > 210)
+                recorder.take(messages)
+            raise RuntimeError
+
+    with pytest.raises(RuntimeError) as stopped:
+        fly()
+    place = tmp_path / "out-interrupted"
+    assert stopped.value.__notes__ == [f"what was flown before the disk had no room is kept in '{place}'"]
+
+
 def test_a_file_that_cannot_be_written_is_a_fault(
     flown: skylimb.Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

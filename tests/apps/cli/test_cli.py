@@ -478,6 +478,9 @@ def test_what_planning_has_to_say_is_said_at_once_and_what_flights_have_at_their
         logging.getLogger("skylimb.control.planning.vectoring_files").warning("searching")
         assert capsys.readouterr().err == "searching\n"
     assert capsys.readouterr().err == "a servo was slow\n"
+    with output.flights(at_once=True):  # a pilot cannot wait for the end
+        logging.getLogger("skylimb.flight.any").warning("COAST -> DESCEND: no pose for long")
+        assert capsys.readouterr().err == "COAST -> DESCEND: no pose for long\n"
 
 
 def test_what_is_said_of_one_flight_of_several_names_it(

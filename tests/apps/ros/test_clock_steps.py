@@ -37,7 +37,7 @@ def test_a_clock_that_is_set_moves_no_robot() -> None:
         assert wire.pilot.faults[f"{topic.name}: clock of the stamps was set"] > 0
     assert wire.pilot.pilot.flying.state == FlightState.HOVER
     # Ticks that were coasted until the clock was read anew.
-    assert wire.pilot.faults["too old"] <= 5 * sum(topic is topics.MOCAP for topic, _ in STEPS)
+    assert wire.pilot.faults["pose too old"] <= 5 * sum(topic is topics.MOCAP for topic, _ in STEPS)
     assert sum(count for name, count in wire.pilot.faults.items() if name.endswith("was set")) == len(STEPS)
     away = np.array(wire.where) - wire.where[0]
     assert np.linalg.norm(away, axis=1).max() < 0.03

@@ -33,7 +33,7 @@ def leads_back(fault: str) -> Wire:
     flight = wire.pilot.pilot.flight
     assert flight is not None
     assert flight._guard.mode == "RETREAT"
-    assert wire.pilot.faults["no angles for long"] > 0
+    assert wire.pilot.faults["no joint angles for long"] > 0
     return wire
 
 
@@ -47,7 +47,7 @@ def test_a_robot_that_feels_no_joints_flies_back_where_it_is_seen() -> None:
     wire.until(FlightState.STOP, 15.0)
     assert wire.where[-1][2] == pytest.approx(0.15, abs=1e-3)  # it stands
     assert wire.sinks() < 0.5
-    assert not wire.pilot.faults["too old"]
+    assert not wire.pilot.faults["pose too old"]
     wire.until(FlightState.ARM_OFF, 1.0)
     # By what is believed it does not start again.
     wire.tick("teleop_command/start")
@@ -75,7 +75,7 @@ def test_a_robot_whose_imu_is_gone_flies_back_where_it_is_seen() -> None:
     assert wire.where[-1][2] == pytest.approx(0.15, abs=1e-3)  # it stands
     assert wire.sinks() < 0.5
     assert max(tilts) < 0.1
-    assert not wire.pilot.faults["too old"]
+    assert not wire.pilot.faults["pose too old"]
     wire.until(FlightState.ARM_OFF, 1.0)
     wire.tick("teleop_command/start")
     assert any(words.startswith("start is refused: age of imu: ") for words in wire.said)

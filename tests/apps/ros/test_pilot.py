@@ -130,7 +130,7 @@ def test_a_silent_motion_capture_holds_then_comes_down() -> None:
     assert robot.state == FlightState.HOVER
     robot.fly(0.4)
     assert (robot.state, robot.ticks[-1].flying.shown) == (FlightState.LAND, FORCE_LANDING)
-    assert robot.pilot.faults["too old for long"] > 0
+    assert robot.pilot.faults["no pose for long"] > 0
     assert any(words.startswith("force landing: broken off by the guard (") for words in robot.said)
     robot.measures = True
     robot.until(FlightState.ARM_OFF, 40.0)

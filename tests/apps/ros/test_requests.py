@@ -69,6 +69,13 @@ def test_targets_are_in_the_world(ask: Any, frame: str) -> None:
         np.testing.assert_array_equal(out.legs[0].end.position, [0.1, 0.0, 1.0])
 
 
+@pytest.mark.parametrize("ahead", [301.0, 3600.0, 1.7e9])
+def test_a_stamp_of_another_clock_is_refused_and_says_so(ask: Any, ahead: float) -> None:
+    """An hour between two clocks had the robot creep for an hour."""
+    with pytest.raises(RefusedError, match=r"its stamp lies .* s ahead \(at most 300\): the sender's clock"):
+        ask(Pose(10.0 + ahead, (0.1, 0.0, 1.0), LEVEL))
+
+
 def test_velocity_is_the_derivative_of_the_way(ask: Any) -> None:
     targets, step = ask(Pose(10.0, (1.0, 0.5, 1.5), LEVEL)), 1e-4
     for now in (10.5, 11.0, 11.9):

@@ -68,7 +68,12 @@ def test_a_whole_flight_goes_through_the_states() -> None:
 def test_start_in_any_other_state_is_refused_and_said(state: FlightState) -> None:
     flying, said = after(at(state, settled=0.0), seen(0.0, Order.START))
     assert flying.state == state
-    assert said == [f"start is refused in {state.name}: it would reset the controller of this flight"]
+    why = {
+        FlightState.START: "it has begun already",
+        FlightState.ARM_ON: "the robot is armed already; takeoff comes next",
+        FlightState.STOP: "the flight controller has not confirmed yet that the motors are off",
+    }.get(state, "it would reset the controller of this flight")
+    assert said == [f"start is refused in {state.name}: {why}"]
 
 
 @pytest.mark.parametrize("state", [FlightState.HOVER, FlightState.LAND])
@@ -78,11 +83,18 @@ def test_takeoff_in_the_air_is_refused_and_said(state: FlightState) -> None:
     assert said == [f"takeoff is refused in {state.name}: the robot flies already"]
 
 
-@pytest.mark.parametrize("state", [FlightState.ARM_OFF, FlightState.START, FlightState.STOP])
-def test_takeoff_before_start_is_refused(state: FlightState) -> None:
+@pytest.mark.parametrize(
+    ("state", "why"),
+    [
+        (FlightState.ARM_OFF, "start comes first"),
+        (FlightState.START, "the flight controller has not confirmed yet that it is armed"),
+        (FlightState.STOP, "the flight controller has not confirmed yet that the motors are off"),
+    ],
+)
+def test_takeoff_before_it_is_armed_is_refused(state: FlightState, why: str) -> None:
     flying, said = after(at(state), seen(0.0, Order.TAKEOFF))
     assert flying.state == state
-    assert "start comes first" in said[0]
+    assert said == [f"takeoff is refused in {state.name}: {why}"]
 
 
 @pytest.mark.parametrize("way", [(0.31, 0.0, 0.0), (0.22, 0.22, 0.0), (0.0, 0.0, 0.31)])

@@ -87,7 +87,7 @@ def _set_clocks(wire: OverDds) -> None:
         assert wire.pilot.faults["mocap/pose: clock of the stamps was set"] == count
     assert wire.pilot.pilot.flying.state == FlightState.HOVER
     # A fifth pose that agrees is believed, after 50 ms; those behind the first 20 coast.
-    assert wire.pilot.faults["too old"] <= 6 * len(STEPS)
+    assert wire.pilot.faults["pose too old"] <= 6 * len(STEPS)
     assert wire.lost < 5  # of the best effort
     away = np.array(wire.where) - wire.where[0]
     assert np.linalg.norm(away, axis=1).max() < 0.03

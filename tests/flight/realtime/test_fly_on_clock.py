@@ -123,7 +123,7 @@ def test_overruns_of_the_command_line_leave_the_other_limits(
     out = tmp_path / "out"
     given = ["fly", "paper", "--realtime", "--overruns", "50", "--set", *words, "--out", str(out)]
     assert main(given) == 1  # every pose leans by more than that
-    assert "NORMAL -> CUT: upset" in capsys.readouterr().err
+    assert "NORMAL -> CUT: tipped over" in capsys.readouterr().err
     config = (out / "config.toml").read_text(encoding="utf-8")
     assert "overruns = 50" in config
     assert "upset_at = 0.0001" in config

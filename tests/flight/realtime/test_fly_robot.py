@@ -6,12 +6,14 @@ import itertools
 import json
 import math
 import os
+import shutil
 import signal
 import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
-from types import MappingProxyType
+from pathlib import Path
+from types import MappingProxyType, SimpleNamespace
 from typing import Any
 
 import msgspec
@@ -20,11 +22,13 @@ import pytest
 
 import skylimb
 from short_flights import HOLD
+from skylimb.analysis.exchange.recorder import FULL, LEAST, FlightRecorder
 from skylimb.analysis.report.controller_replay import differences
 from skylimb.apps.cli.main import main
 from skylimb.base.aside import UNREAD
 from skylimb.base.errors import ConfigError, OutputError
 from skylimb.base.interrupts import answering
+from skylimb.control.supervisor.table import TABLE
 from skylimb.flight.realtime.fly_on_clock import ClockedFlight
 from skylimb.flight.realtime.fly_robot import ENDED, fly_robot
 from skylimb.flight.realtime.link import Datagram, RemoteVehicle
@@ -82,6 +86,7 @@ def flown(
     changes: Mapping[str, Any] = MappingProxyType({}),
     spoil: Callable[[dict[str, Any]], None] = lambda fields: None,
     start: StartLimits | None = None,
+    recorder: FlightRecorder | None = None,
 ) -> tuple[ClockedFlight, SimulatedRobot]:
     there, back = deque[bytes](), deque[bytes]()
     near, far = End(there, back, "robot"), End(back, there, "us")
@@ -99,8 +104,9 @@ def flown(
             return super().receive(most)
 
     link = Greeting(near.coming, near.leaving, "robot")
+    keys, made = {**HOLD, **changes}, recorder
     return fly_robot(
-        link, "paper", controller, {**HOLD, **changes}, pacer=clock, listen=0.0, start=start
+        link, "paper", controller, keys, pacer=clock, listen=0.0, start=start, recorder=made
     ), robot
 
 
@@ -140,8 +146,14 @@ def test_a_link_that_is_cut_coasts_then_breaks_off() -> None:
     away = log.root_position_measured.values[200] - run.log.root_position_measured.values[200]
     assert float(np.abs(away).max()) < 0.03
     assert 200 < np.argmax(broken) < 210
-    assert over.run.cause == "broken off by the guard"
-    assert over.faults["too old"] > 50
+    assert over.run.cause == (
+        "broken off by the guard (no pose for long, pose too old, no joint angles for long)"
+    )
+    assert over.faults["pose too old"] > 50
+    # What is on the disk while it flies says why it landed, also where nobody lives to tell.
+    modes = list(TABLE.modes)
+    assert [modes[int(log.supervisor_mode[k])] for k in (79, 150, 205)] == ["NORMAL", "COAST", "DESCEND"]
+    assert int(log.supervisor_bits[205]) >> list(TABLE.bits).index("blind") & 1
 
 
 @pytest.mark.parametrize("step", [-2.0, -0.3, 0.3])
@@ -152,7 +164,7 @@ def test_a_robot_whose_clock_is_set_flies_on(step: float) -> None:
     over, _ = flown(before=set_clock)
     run, count = skylimb.run("paper", "hybrid", set=HOLD), 160
     assert over.faults["clock of the stamps was set"] == 1
-    assert over.faults.get("too old", 0) <= 3  # of the seven messages that are refused four are waited for
+    assert over.faults.get("pose too old", 0) <= 3  # of seven messages that are refused four are waited for
     assert not over.run.log.retreating.values[:count].any()
     away = over.run.log.root_position_measured - run.log.root_position_measured
     assert float(np.abs(away[:count]).max()) < 0.005
@@ -173,7 +185,7 @@ def test_a_twist_that_sticks_leads_back_and_down(field: str, stuck: tuple[float,
     over, robot = flown(spoil=spoil)
     log = over.run.log
     lean = np.linalg.norm(log.root_quaternion_measured.values[:, 1:3], axis=1)
-    assert over.run.cause == "broken off by the guard"
+    assert over.run.cause.startswith("broken off by the guard (")
     assert 200 < np.argmax(log.retreating.values > 0.0) < 225
     assert 2.0 * float(np.arcsin(lean.max())) < 0.2
     assert -0.1 < robot.position()[2] < 0.1
@@ -191,7 +203,7 @@ def test_an_encoder_that_lies_is_not_believed(ticks: int) -> None:
     over, robot = flown(spoil=spoil)
     lean = np.linalg.norm(over.run.log.root_quaternion_measured.values[:, 1:3], axis=1)
     assert over.faults["angle out of range"] == ticks
-    assert over.run.cause == ("" if ticks == 20 else "broken off by the guard")
+    assert over.run.cause == ("" if ticks == 20 else "broken off by the guard (no joint angles for long)")
     assert 2.0 * float(np.arcsin(lean.max())) < 0.2
     assert -0.1 < robot.position()[2] < 0.1
 
@@ -223,7 +235,7 @@ def test_a_robot_that_is_broken_off_high_up_is_led_all_the_way_down() -> None:
         far.cut = 1013 <= k < 1143
 
     over, robot = flown(before=gone, changes=circle)
-    assert over.run.cause == "broken off by the guard"
+    assert over.run.cause.startswith("broken off by the guard (")
     heights = over.run.log.root_position_measured.values[:, 2]
     assert heights[np.argmax(over.run.log.retreating.values > 0.0)] > 1.3
     assert robot.position()[2] < 0.0
@@ -303,7 +315,7 @@ def test_who_ends_it_lands_the_robot_and_a_second_time_stops_the_commands(number
             flown(before=twice)
 
 
-def test_over_udp_on_the_wall_clock() -> None:
+def test_over_udp_on_the_wall_clock(tmp_path: Path) -> None:
     robot = UdpLink(("127.0.0.1", 0))
     near = UdpLink(("127.0.0.1", 0), robot.address)
     short = {**HOLD, "approach.contact": False, "approach.depth": 0.05}
@@ -311,7 +323,7 @@ def test_over_udp_on_the_wall_clock() -> None:
     served = threading.Thread(target=lambda: ticks.append(serve_plant(robot, "paper", short)))
     served.start()
     try:
-        over = fly_robot(near, "paper", "hybrid", short, patience=30.0)
+        over = fly_robot(near, "paper", "hybrid", short, patience=30.0, recorder=FlightRecorder(tmp_path))
     finally:
         served.join(timeout=60.0)
         near.close()
@@ -320,6 +332,26 @@ def test_over_udp_on_the_wall_clock() -> None:
     assert ticks[0] > 100
     assert over.run.log.sizes["time"] > 100
     assert np.isfinite(over.run.log.thrusts_command).all()
+    # Between the look and the first command the record was made, for a second: 130 states were lost.
+    assert over.faults.get("flood", 0) < 40
+    assert next(tmp_path.glob("*.mcap")).stat().st_size > 10_000
+
+
+def test_a_disk_that_fills_in_flight_is_said_at_once_and_lands_nobody(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    recorder, told = FlightRecorder(tmp_path), dict[int, str]()
+
+    def fill(k: int, robot: SimulatedRobot, far: End) -> None:
+        told[k] = caplog.text
+        if k == 100:
+            monkeypatch.setattr(shutil, "disk_usage", lambda folder: SimpleNamespace(free=LEAST - 1))
+
+    over, _ = flown(before=fill, recorder=recorder)
+    assert FULL not in told[100]
+    assert f"recorder: {FULL}" in told[410]
+    assert over.faults[FULL] == 1
+    assert over.run.cause == ""
 
 
 def test_where_nobody_answers_nothing_flies() -> None:

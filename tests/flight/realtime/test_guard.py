@@ -16,8 +16,9 @@ from skylimb.control.planning.vectoring import nominal_posture
 from skylimb.control.records import Command
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.retreat import BACK, BACK_SPEED, DESCENT, retreat
+from skylimb.control.supervisor.table import TABLE
 from skylimb.flight.realtime.compiled_controller import CompiledController
-from skylimb.flight.realtime.guard import GuardedController
+from skylimb.flight.realtime.guard import WORDS, GuardedController
 from skylimb.flight.realtime.pacer import Pacer
 from skylimb.robots.model import Robot
 
@@ -150,6 +151,20 @@ def test_what_is_no_answer_of_a_controller_is_a_controller_that_failed(
     assert flight.guard.retreating
 
 
+def test_each_bit_of_the_table_has_words_for_a_pilot() -> None:
+    assert list(WORDS) == list(TABLE.bits)
+
+
+def test_why_it_was_broken_off_is_what_was_asked_and_not_that_somebody_asked(
+    flight: Flight, hovering: Make, caplog: pytest.LogCaptureFixture
+) -> None:
+    flight.tick(hovering())
+    flight.guard.retreat("low battery")
+    flight.tick(hovering())
+    assert flight.guard.reason == "broken off by the guard (low battery)"
+    assert "NORMAL -> RETREAT: low battery" in caplog.text
+
+
 def test_too_many_missed_ticks_in_a_row_retreat(flight: Flight, hovering: Make) -> None:
     flight.tick(hovering())
     for _ in range(3):  # not in a row
@@ -209,7 +224,7 @@ def test_joint_angles_that_stop_are_not_the_poses_fault(flight: Flight, hovering
     assert broken == pytest.approx(20 + 0.6 / DT, abs=1)
     assert set(modes[:broken]) == {"NORMAL"}
     assert set(modes[broken:]) == {"RETREAT"}
-    assert flight.guard.counts == {"no angles for long": 200 - broken}
+    assert flight.guard.counts == {"no joint angles for long": 200 - broken}
 
 
 def test_a_fresh_measurement_ends_a_coast(robot: Robot, hovering: Make) -> None:

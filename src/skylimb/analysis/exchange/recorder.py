@@ -178,14 +178,14 @@ def recording(folder: Path) -> Iterator[FlightRecorder | None]:
             except Exception as other:  # what ended the flight is what its user has to hear of
                 error.add_note(f"{UNENDED}: {first_line(other)}")
             finally:
-                if words := _kept(inside, folder, left):
+                if words := _kept(inside, folder, left, recorder):
                     error.add_note(words)
             raise
         if UNENDED in recorder.faults:
-            warnings.warn(f"{UNENDED}: {_kept(inside, folder, left)}", UserWarning, stacklevel=3)
+            warnings.warn(f"{UNENDED}: {_kept(inside, folder, left, recorder)}", UserWarning, stacklevel=3)
 
 
-def _kept(inside: Path, folder: Path, left: list[Path]) -> str:
+def _kept(inside: Path, folder: Path, left: list[Path], recorder: FlightRecorder) -> str:
     """Give flights a name that is seen, or leave them where they are; words that say where, or none."""
     place = inside
     try:
@@ -194,4 +194,5 @@ def _kept(inside: Path, folder: Path, left: list[Path]) -> str:
         place = inside.rename(interrupted_name(folder))
     except OSError:  # a disk that fails takes no other name; what is on it has to stay
         left.append(inside)
-    return f"what was flown is kept in '{place}'"
+    until = " before the disk had no room" if FULL in recorder.faults else ""
+    return f"what was flown{until} is kept in '{place}'"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import logging
 import shlex
 import sys
@@ -114,16 +115,21 @@ def bars(*columns: ProgressColumn) -> Iterator[Bars]:
 
 
 @contextmanager
-def flights() -> Iterator[Progress]:
-    """A bar per flight; hands out the function that flights report to."""
+def flights(at_once: bool = False) -> Iterator[Progress]:
+    """A bar per flight; hands out the function that flights report to.
+
+    Args:
+        at_once: whether what a flight has to say is said while it flies, as its pilot has to know; else it
+            follows at the end.
+    """
     from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
     said: list[str] = []
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
     with (
         bars(*columns) as shown,
-        _heard("skylimb.flight", said.append),
-        _heard("skylimb.control.planning", lambda note: _note(shown.console, note)),
+        _heard("skylimb.flight", functools.partial(_note, shown.console) if at_once else said.append),
+        _heard("skylimb.control.planning", functools.partial(_note, shown.console)),
     ):
         tasks: dict[str, Any] = {}
 

@@ -102,7 +102,7 @@ def fly(
     from skylimb.analysis.exchange.recorder import recording
 
     def flown(recorder: FlightRecorder | None) -> ClockedFlight:
-        with output.flights() as progress:
+        with output.flights(at_once=True) as progress:
 
             def report(done: int, total: int) -> None:
                 progress("on the clock", done, total)

@@ -113,8 +113,7 @@ class Airborne:
         """Why the flight has to be broken off; empty while it has not."""
         reference, limits = self.reference, self._flyer.limits
         if self._guard.failed or self._guard.retreating:
-            why = f" ({self._guard.why})" if self._guard.why else ""
-            return FAILED if self._guard.failed else f"broken off by the guard{why}"
+            return FAILED if self._guard.failed else self._guard.reason
         if self.lift.failed:
             return f"{self.lift.share:g} times the hover thrusts do not lift it"
         if body is None or reference is None:

@@ -143,7 +143,8 @@ class Pilot:
         said.extend(words)
         state, landing = self.flying.state, self.flying.state == FlightState.LAND
         if state != before.state or self.flying.force_landing != before.force_landing:
-            said.append(f"{before.state.name} -> {state.name}")
+            forced = " by force" if landing and self.flying.force_landing else ""
+            said.append(f"{before.state.name} -> {state.name}{forced}")
         if self.flying.in_air and self.flight is None and body is not None:
             # It rises, or comes down from a flight that somebody else began.
             good = self._watch.good

@@ -23,6 +23,9 @@ OFF_FAMILY = 0.05
 MOST_POSES = 200
 """Of a path: what is asked for is looked at within a tick."""
 
+LONGEST_WAY = 300.0
+"""Seconds that a pose's stamp may lie ahead: a robot would creep by the stamp of another clock, unasked."""
+
 _POSITION = (NavMode.POSITION, NavMode.POSITION_VELOCITY)
 _MODES = (NavMode.NO, NavMode.VELOCITY, *_POSITION)
 _SOON = 0.01
@@ -62,6 +65,11 @@ class Requests:
                 least, left = duration_of(here, there, self._limits), request.stamp + stamp_offset - now
                 # A stamp that leaves less time than the way needs is one of "now".
                 in_time = math.isfinite(left) and left > max(least, _SOON)
+                if in_time and left > LONGEST_WAY:
+                    raise RefusedError(
+                        f"its stamp lies {left:.3g} s ahead (at most {LONGEST_WAY:g}): the sender's clock is "
+                        "another one; a stamp of 0 means now"
+                    )
                 return targets.go(there, now, left if in_time else least)
             case Path():
                 return self._path(targets, here, request, now)

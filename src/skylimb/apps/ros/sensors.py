@@ -71,6 +71,7 @@ class Sensors:
         self._imu_place = ArrayFunction(robot.imu_function)
         self._stamps = {Pose: Stamps(), Imu: Stamps(), Joints: Stamps()}
         self._pose: tuple[float, Pose] | None = None
+        self._before: tuple[float, Pose] | None = None  # the newest when last asked
         self._imu: tuple[float, Imu] | None = None
         self._joints: tuple[float, np.ndarray] | None = None
         self._vectoring: np.ndarray | None = None
@@ -95,7 +96,8 @@ class Sensors:
         if not believed(fault):
             return
         if isinstance(value, Pose):
-            self._see(taken, value)
+            self._pose = taken, value
+            self._before = self._before or self._pose
         elif isinstance(value, Imu):
             self._imu = (taken, value)
         elif isinstance(value, Joints):
@@ -108,6 +110,7 @@ class Sensors:
             now: the pacer's time, s.
             commanded: vectoring angles, which stand in for measured ones, rad.
         """
+        self._difference()
         if self._pose is None or self._imu is None or self._joints is None:
             return None, Taken()
         (seen, pose), (felt, joints) = self._pose, self._joints
@@ -124,15 +127,18 @@ class Sensors:
         """Why a robot has to be led back though it is seen; empty while nothing is."""
         return LOST if self._imu is not None and now - self._imu[0] > OLDEST else ""
 
-    def _see(self, taken: float, pose: Pose) -> None:
-        """A new pose, its velocity, and its rates."""
-        if self._pose is not None:
-            before, last = self._pose
+    def _difference(self) -> None:
+        """Velocity and rates of a new pose, from the newest one of the tick before.
+
+        Those of a burst's last two poses are mostly noise, and would be flown by until the next burst comes.
+        """
+        if self._pose is not None and self._before is not None and self._pose is not self._before:
+            (taken, pose), (before, last) = self._pose, self._before
             way = np.array(pose.position) - np.array(last.position)
             self._velocity = _differenced(self._velocity, way, taken - before, LOW_PASS)
             turn = small_turn(np.array(last.quaternion), np.array(pose.quaternion))
             self._turning = _differenced(self._turning, turn, taken - before, LOW_PASS)
-        self._pose = (taken, pose)
+        self._before = self._pose
 
     def _bend(self, taken: float, value: Joints, topic: str) -> None:
         """New joint angles, by name; without names in the robot's order."""

@@ -24,6 +24,25 @@ from skylimb.apps.ros.limits import FlightLimits
 from skylimb.apps.ros.states import UNKNOWN_HEIGHT, Arming, FlightState, Flying, Order, Seen
 from skylimb.flight.realtime.landing import STANDS, Standing
 
+_FLIES = "it would reset the controller of this flight"
+_WAITS = "the flight controller has not confirmed yet that the motors are off"
+_STARTED = {
+    FlightState.START: "it has begun already",
+    FlightState.ARM_ON: "the robot is armed already; takeoff comes next",
+    FlightState.TAKEOFF: _FLIES,
+    FlightState.HOVER: _FLIES,
+    FlightState.LAND: _FLIES,
+    FlightState.STOP: _WAITS,
+}
+"""Why a flight cannot be started."""
+
+_GROUNDED = {
+    FlightState.ARM_OFF: "start comes first",
+    FlightState.START: "the flight controller has not confirmed yet that it is armed",
+    FlightState.STOP: _WAITS,
+}
+"""Why a robot on the ground cannot take off."""
+
 
 def advance(flying: Flying, seen: Seen, limits: FlightLimits) -> tuple[Flying, tuple[str, ...]]:
     """One tick of the flight states.
@@ -126,7 +145,7 @@ def _land(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> 
 
 def _start(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
     if flying.state != FlightState.ARM_OFF:
-        said.append(f"start is refused in {flying.state.name}: it would reset the controller of this flight")
+        said.append(f"start is refused in {flying.state.name}: {_STARTED[flying.state]}")
     elif flying.low_battery:
         said.append("start is refused: low battery")
     elif seen.position is None or seen.refused:
@@ -141,7 +160,7 @@ def _start(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) ->
 def _take_off(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
     if flying.state == FlightState.TAKEOFF:
         return flying
-    why = "the robot flies already" if flying.in_air else "start comes first"
+    why = "the robot flies already" if flying.in_air else _GROUNDED.get(flying.state)
     if flying.state != FlightState.ARM_ON:
         said.append(f"takeoff is refused in {flying.state.name}: {why}")
     elif seen.position is None or flying.origin is None:

@@ -159,6 +159,7 @@ class LiveFlight:
     def record(self, recorder: FlightRecorder) -> None:
         """Keep all ticks on the disk as they are flown, with those that were."""
         self._record = RecordedTicks(recorder, self.takeoff, self._driver.layout)
+        self._record.begin()
         for k in range(self.ticks):
             self._record.flown(k, self._driver.log[k])
 

@@ -28,6 +28,11 @@ SHARES, LATENESS, SLOWNESS = "rotor_shares_estimate", "lateness_estimate", "roto
 of each rotor, and how much later than assumed measurements are."""
 
 
+def word_of(bits: Any) -> Any:
+    """The bits of the table, in its order, as one whole number."""
+    return dot(bits, [float(1 << place) for place in range(bits.shape[0])])
+
+
 class State(NamedTuple):
     """State of the controller, what the supervisor remembers, and the pace of the mission."""
 
@@ -98,14 +103,13 @@ class Supervised:
             # Who moves a mission's clock by it, in C too, gets a number though gains or memory are spoilt.
             pace = signals[PACE] = limited_pace(where(made > 0.5, signals[PACE], pace))
         shares = watch.loss.left[: self.robot.n_rotors]  # of pairs, those along stand first
-        word = dot(sight.bits, [float(1 << place) for place in range(sight.bits.shape[0])])
         return (
             State(own, watch, pace),
             command,
             {
                 **signals,
                 MODE: watch.mode,
-                BITS: word,
+                BITS: word_of(sight.bits),
                 SHARES: shares,
                 LATENESS: watch.late.late,
                 SLOWNESS: watch.late.slow,

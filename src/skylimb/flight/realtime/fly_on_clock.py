@@ -63,6 +63,7 @@ def fly_on_clock(
         loop = Loop(driver, mission, takeoff.experiment.terminations, takeoff.count)
         driver.prepare(guard.rehearsed(driver.first, takeoff.period))
         ticks = RecordedTicks(recorder, takeoff, driver.layout)
+        ticks.begin()
         for k in ticks_on_clock(clock):
             going = loop.tick()
             if loop.ticks > k:
@@ -74,5 +75,5 @@ def fly_on_clock(
     return ClockedFlight(
         scored_run(takeoff, flight),
         timing_of(flight, takeoff.period),
-        guard.counts,
+        {**guard.counts, **ticks.faults},
     )

@@ -34,6 +34,7 @@ from skylimb.flight.realtime.clocked_flight import (
     guarded_controller,
     ticks_on_clock,
     timing_of,
+    without_garbage,
 )
 from skylimb.flight.realtime.guard import GuardedController
 from skylimb.flight.realtime.landed import Landed
@@ -107,13 +108,15 @@ def fly_robot(
     told = unprotected(plan.robot, plan.needs.vectoring, limits)
     first, begins = plan.mission.first, start or StartLimits()
     look = Look(plan.robot, vehicle, clock, first, begins, calibration, patience, told)
-    with said_aside() as words:
-        flight, whole = _fly(plan, guard, vehicle, clock, progress, recorder, look, listen, limits.floor)
+    with said_aside() as words, without_garbage():
+        flight, whole, kept = _fly(
+            plan, guard, vehicle, clock, progress, recorder, look, listen, limits.floor
+        )
     values = {name: flight.signal(name) for name in flight.layout.slices}
     values |= mission_signals(flown_mission(whole, flight), flight.ticks)
     times = np.arange(flight.ticks) * plan.period
     run = documented(flight_run(plan, values, times, flight.cause), plan)
-    faults = {**guard.counts, **vehicle.counts, **({UNREAD: words.lost} if words.lost else {})}
+    faults = {**guard.counts, **vehicle.counts, **kept, **({UNREAD: words.lost} if words.lost else {})}
     return ClockedFlight(run, timing_of(flight, plan.period), faults)
 
 
@@ -127,8 +130,8 @@ def _fly(
     look: Look,
     listen: float,
     floor: float,
-) -> tuple[Flight, Mission]:
-    """The flight up to its landing, and the mission with time to land."""
+) -> tuple[Flight, Mission, Mapping[str, int]]:
+    """The flight up to its landing, the mission with time to land, and the faults of its record."""
     mission, limits = plan.mission, plan.experiment.terminations
     last, total = len(mission.times) - 1, len(mission.flight_times(guard.needs.paced))
     highest = float(mission.reference.position[:, 2].max())
@@ -141,9 +144,10 @@ def _fly(
     hover = float(np.sum(np.asarray(posed.hover_thrusts)))
     driver = FreeDriver(guard, vehicle, plan.robot, whole, count, events.gains)
     driver.prepare(guard.rehearsed(driver.first, plan.period))
+    ticks = RecordedTicks(recorder, plan, driver.layout)
     if wrong := [str(one) for one in look.found(listen) if not one.fine]:
         raise ConfigError(f"nothing is flown: {'; '.join(wrong)}")
-    ticks = RecordedTicks(recorder, plan, driver.layout)
+    ticks.begin()
     due, landing = ticks_on_clock(clock), Landed(guard, driver, look, hover, floor)
     flown, cause, ended = 0, "", list[int]()
     with answering_first(ENDS, lambda number, _: ended.append(number)), unfrozen():
@@ -154,7 +158,7 @@ def _fly(
                 seen = measured_at(driver, k)
                 if guard.retreating:
                     landing.next(seen, driver.log[k][driver.layout.slices["thrusts_command"]], clock.period)
-                    cause = cause or ("broken off by the guard" if at <= last else "")
+                    cause = cause or (guard.reason if at <= last else "")
                 elif at > last or flown >= total:
                     guard.retreat()  # the mission is over: land
                 elif lost := _ended(ended) or _lost(driver, whole, limits, k, at) or look.left(seen):
@@ -166,7 +170,7 @@ def _fly(
         except (Exception, SystemExit) as error:
             landing.without_log(due, clock.period, error)
             raise
-    return Flight(driver.log, driver.layout, flown, cause), whole
+    return Flight(driver.log, driver.layout, flown, cause), whole, ticks.faults
 
 
 def check_robot(

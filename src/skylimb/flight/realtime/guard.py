@@ -18,6 +18,7 @@ from skylimb.control.supervisor.halves import Halves
 from skylimb.control.supervisor.late_gains import late_gains
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Told
+from skylimb.control.supervisor.supervised import BITS, MODE, word_of
 from skylimb.control.supervisor.table import RETREAT, TABLE
 from skylimb.flight.realtime.faults import Faults
 from skylimb.flight.realtime.own_signals import at_rest, kept_signals, unknown_signals
@@ -29,6 +30,31 @@ _log = logging.getLogger(__name__)
 
 FAILED = "the controller failed"
 """Why a flight is broken off whose controller raises."""
+
+WORDS = {
+    "stop": "motors off were ordered",
+    "land": "a landing was ordered",
+    "lost": "attitude unknown for too long",
+    "blind": "no pose for long",
+    "stale": "pose too old",
+    "dead": "a rotor is dead",
+    "doomed": "a rotor is dead that it cannot do without",
+    "lossy": "a rotor is weak",
+    "pushed": "something pushes it",
+    "astray": "a joint is not where its servo turned it",
+    "behind": "measurements come too late",
+    "numb": "no joint angles for long",
+    "deaf": "the IMU is silent",
+    "silent": "no command for long",
+    "late": "no command in time",
+    "spent": "the descent takes too long",
+    "unfit": "velocity or rates do not fit the poses",
+    "upset": "tipped over",
+}
+"""What a pilot reads of each bit of the supervisor's table."""
+
+COUNTED = ("stale", "blind", "numb")
+"""Bits that are counted among the faults of a flight."""
 
 _MARGIN = 1e-6
 """Radians, or parts of a newton, by which a command may be off its limits by rounding."""
@@ -47,7 +73,8 @@ class GuardedController:
         flown: the reference that was flown last: the mission's, or that of the retreat.
         counts: how often each fault was met.
         failed: what the controller raised first, in words; empty while it has not.
-        why: what the supervisor saw when it broke the flight off, in words; empty while it has not.
+        why: the flight was broken off: what its user ordered or the supervisor saw, in words; empty while it
+            was not.
         sees: whether the pose of the last tick was a measured one.
     """
 
@@ -79,6 +106,13 @@ class GuardedController:
         """Whether the flight was broken off."""
         return self._mode >= RETREAT or self._told.land > 0.0
 
+    @property
+    def reason(self) -> str:
+        """Why the flight was broken off, in words for people."""
+        if self.failed:
+            return f"{FAILED}: {self.failed}"
+        return f"broken off by the guard ({self.why})" if self.why else "broken off by the guard"
+
     def taken(self, pose: float, joints: float | None = None) -> None:
         """When the next tick's measurement was taken, s on a clock of its own; by default it is new.
 
@@ -92,6 +126,7 @@ class GuardedController:
         """Break the flight off at the next tick, for a fault if there is a reason, else to land."""
         if why:
             self.counts.note("guard", why)
+            self.why = self.why or why
         self._told = self._told._replace(land=1.0)
 
     def stop(self) -> None:
@@ -156,7 +191,10 @@ class GuardedController:
     def _signals(self, flew: bool) -> dict[str, float]:
         """How a tick went, whose command is the controller's or not."""
         late, latency = (0.0, 0.0) if self._pacer is None else (self._pacer.late, self._pacer.elapsed())
+        sight = None if self._halves is None else self._halves.sight
         return {
+            MODE: float(self._mode),
+            BITS: 0.0 if sight is None else float(word_of(sight.bits)),
             "tick_late": late,
             "tick_latency": latency,
             "tick_held": float(not flew),
@@ -223,15 +261,15 @@ class GuardedController:
             self.counts.note("guard", fault)
         bits = dict(zip(TABLE.bits, halves.sight.bits, strict=True))
         self.sees = bool(bits["stale"] < 0.5)
-        told = {"stale": "too old", "blind": "too old for long", "numb": "no angles for long"}
-        for name, words in told.items():
+        for name in COUNTED:
             if bits[name] > 0.5:
-                self.counts.note("guard", words)
+                self.counts.note("guard", WORDS[name])
         mode, before = int(halves.mode), self.mode
         if mode != self._mode:
             self._mode = mode
             if mode >= RETREAT:
-                seen = ", ".join(told.get(name, name) for name, bit in bits.items() if bit > 0.5)
+                words = {**WORDS, "land": self.why or WORDS["land"]}
+                seen = ", ".join(words[name] for name, bit in bits.items() if bit > 0.5)
                 self.why = self.why or seen
                 _log.warning("%s -> %s: %s", before, self.mode, seen)
 
