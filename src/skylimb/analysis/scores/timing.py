@@ -43,7 +43,10 @@ def _allowed(run: Run) -> float:
         f"the pen is within {{value}} of where it should be for {100.0 * PART:g} % of the time, "
         "{bound} allowed",
         scaled=_allowed,
-        required=lambda run: {"tip_position", "tip_position_reference"} <= set(run.log.variables),
+        required=lambda run: (
+            {"tip_position", "tip_position_reference"} <= set(run.log.variables)
+            and bool(in_phase(run.log, "slide").any())
+        ),
     ),
 )
 def pen_behind(run: Run) -> float:

@@ -13,7 +13,6 @@ from skylimb.analysis.scores.signals import in_contact, in_phase, spans, while_s
 LOSS_TIME = 0.050
 """Seconds without touch that count as a loss; a pen that skips over a rough patch is not lost."""
 
-
 _TOUCH = {"contact_duty", "contact"}
 """Signals of which one tells the touch."""
 
@@ -25,7 +24,7 @@ _TOUCH = {"contact_duty", "contact"}
     tolerance=Tolerance(
         "contact",
         "the pen touches {value} of the time, {bound} commanded",
-        required=lambda run: bool(_TOUCH & set(run.log.variables)),
+        required=lambda run: bool(_TOUCH & set(run.log.variables) and in_phase(run.log, "slide").any()),
     ),
 )
 def contact_fraction(run: Run) -> float:
