@@ -231,6 +231,13 @@ SIGNALS: dict[str, SignalInfo] = {
     "tick_held": SignalInfo(
         _SCALAR, "", "", "1 where the command of the tick before was held", "measurement"
     ),
+    "loop_delay": SignalInfo(
+        _SCALAR,
+        "s",
+        "",
+        "from a measurement until the command that answers it came, as the robot says; 0 where it does not",
+        "measurement",
+    ),
     "supervisor_mode": SignalInfo(
         _SCALAR, "", "", "mode, by its number in the supervisor's table", "estimate"
     ),

@@ -45,6 +45,7 @@ class End:
     def __init__(self, coming: deque[bytes], leaving: deque[bytes], name: str) -> None:
         self.coming, self.leaving, self.name = coming, leaving, name
         self.cut, self.ahead = False, 0.0
+        self.late, self.sent = 0, deque[tuple[int, bytes]]()
         self.spoil: Callable[[dict[str, Any]], None] = lambda fields: None
 
     def receive(self, most: int) -> tuple[Iterable[Datagram], int]:
@@ -60,21 +61,35 @@ class End:
             if fields:
                 fields["stamp"] += self.ahead
                 self.spoil(fields)
-            self.leaving.append(msgspec.msgpack.encode(fields))
+            self.sent.append((self.late, msgspec.msgpack.encode(fields)))
+            self.deliver(0)
+
+    def deliver(self, ticks: int) -> None:
+        """So many ticks have passed: what has been on its way for `late` of them comes at the other end."""
+        self.sent = deque((left - ticks, data) for left, data in self.sent)
+        while self.sent and self.sent[0][0] <= 0:
+            self.leaving.append(self.sent.popleft()[1])
 
 
 class InStep(Pacer):
     """A clock of which a tick passes when the robot's has: both ends go in step."""
 
-    def __init__(self, robot: SimulatedRobot, period: float, before: Callable[[int], None]) -> None:
+    def __init__(
+        self,
+        robot: SimulatedRobot,
+        period: float,
+        before: Callable[[int], None],
+        passed: Callable[[], None] = lambda: None,
+    ) -> None:
         self.moment = 0
         super().__init__(period, lambda: self.moment, lambda seconds: None)
-        self.robot, self.before = robot, before
+        self.robot, self.before, self.passed = robot, before, passed
 
     def wait(self, k: int) -> float:
         self.moment = self._start + round(k * self.period * 1e9)
         if k:
             self.robot.act()
+            self.passed()
             self.robot.sense()
         self.before(k)
         return super().wait(k)
@@ -87,13 +102,20 @@ def flown(
     spoil: Callable[[dict[str, Any]], None] = lambda fields: None,
     start: StartLimits | None = None,
     recorder: FlightRecorder | None = None,
+    late: int = 0,
 ) -> tuple[ClockedFlight, SimulatedRobot]:
+    """What became of a flight over a wire whose messages are `late` ticks on their way, each way."""
     there, back = deque[bytes](), deque[bytes]()
     near, far = End(there, back, "robot"), End(back, there, "us")
     far.spoil = spoil
     (takeoff,) = take_off("paper", (controller,), set={**HOLD, **changes})
     robot = SimulatedRobot(takeoff, far)
-    clock = InStep(robot, takeoff.period, lambda k: before(k, robot, far))
+
+    def passed() -> None:
+        far.deliver(1)
+        link.deliver(1)
+
+    clock = InStep(robot, takeoff.period, lambda k: before(k, robot, far), passed)
 
     class Greeting(End):
         """The first state comes when somebody listens, as from a robot that waits."""
@@ -101,9 +123,11 @@ def flown(
         def receive(self, most: int) -> tuple[Iterable[Datagram], int]:
             if not robot.flown and not self.coming and self.leaving is back:
                 robot.sense()
+                far.deliver(late)
             return super().receive(most)
 
     link = Greeting(near.coming, near.leaving, "robot")
+    link.late = far.late = late
     keys, made = {**HOLD, **changes}, recorder
     return fly_robot(
         link, "paper", controller, keys, pacer=clock, listen=0.0, start=start, recorder=made
@@ -131,6 +155,32 @@ def test_over_a_link_it_is_the_flight_of_run(controller: str) -> None:
         replayed.log.external_force_estimate[:count], log.external_force_estimate[:count], atol=1e-9
     )
     assert len(found) > 10
+
+
+def swing(over: ClockedFlight) -> float:
+    """The greatest measured tilt, rad."""
+    x, y = over.run.log.root_quaternion_measured.values[:, 1:3].T
+    return float(np.arccos(1.0 - 2.0 * (x**2 + y**2)).max())
+
+
+@pytest.mark.parametrize("controller", ["hybrid", "following"])
+def test_a_loop_that_is_slow_is_flown_with_gains_that_suit_it(controller: str) -> None:
+    over, _ = flown(controller, late=5)  # 25 ms each way
+    assert over.run.status == "OK", over.run.cause
+    assert over.run.log.loop_delay.values[200:-50] == pytest.approx(0.05)
+    assert swing(over) < 0.2
+    # Nothing else tells it: commands that are as late and of which nobody says so lose the robot's balance.
+    unsaid, _ = flown(controller, late=5, spoil=lambda fields: fields.pop("loop_delay"))
+    assert swing(unsaid) > 0.3
+
+
+def test_a_loop_that_is_too_slow_is_led_back_and_down() -> None:
+    over, robot = flown("following", late=8)
+    assert over.run.status == "FAILED"
+    assert over.run.cause == "broken off by the guard (commands take too long)"
+    assert over.faults["commands take too long"] == 1
+    assert swing(over) < 0.2
+    assert robot.position()[2] < 0.3
 
 
 def test_a_link_that_is_cut_coasts_then_breaks_off() -> None:

@@ -116,6 +116,19 @@ def test_a_missed_tick_holds_the_command(flight: Flight, hovering: Make) -> None
     assert flight.guard.counts["missed tick"] == 1
 
 
+@pytest.mark.parametrize(("delay", "mode"), [(0.055, "NORMAL"), (0.065, "RETREAT")])
+def test_what_a_link_adds_to_the_loop_is_borne_or_leads_back(
+    flight: Flight, hovering: Make, delay: float, mode: str
+) -> None:
+    _, own = flight.tick(hovering())
+    for _ in range(3):
+        flight.guard.delayed(delay)
+        _, own = flight.tick(hovering())
+    assert own["loop_delay"] == delay
+    assert flight.guard.mode == mode
+    assert flight.guard.counts.get("commands take too long", 0) == (mode == "RETREAT")
+
+
 @pytest.mark.parametrize("odd", [np.ones(2), "grasped", None, {"a": 1}])
 def test_a_signal_that_is_not_what_it_was_is_no_number_in_the_log_and_no_reason_to_land(
     flight: Flight, hovering: Make, odd: Any

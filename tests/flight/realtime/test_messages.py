@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import math
 from collections import deque
 from collections.abc import Callable
 from typing import Any
@@ -103,6 +104,29 @@ def test_a_frame_that_is_seen_again_is_older(linked: Vehicle, hovering: Make) ->
     assert linked.vehicle.measure().capture_age == pytest.approx(0.01)
     linked.time = 0.3
     assert linked.vehicle.measure().capture_age == pytest.approx(0.31)
+
+
+@pytest.mark.parametrize(
+    ("said", "counted"),
+    [
+        ([None] * 5, 0.0),
+        ([0.04] * 5, 0.04),
+        ([0.2, 0.3, 0.03, 0.4, 0.2], 0.03),  # one that is in time shows that the loop is fast
+        ([math.nan, -1.0, math.inf, 0.05, 0.06], 0.05),
+    ],
+)
+def test_the_least_that_a_robot_said_lately_is_how_slow_the_loop_is(
+    linked: Vehicle, hovering: Make, said: list[float | None], counted: float
+) -> None:
+    for seq, delay in enumerate(said):
+        linked.time = 0.1 * seq
+        state = linked.state(hovering(), seq, linked.time)
+        linked.wire.put(encode(dataclasses.replace(state, loop_delay=delay)))
+        linked.vehicle.measure()
+    assert linked.vehicle.loop_delay == counted
+    linked.time += 0.6
+    linked.vehicle.measure()
+    assert linked.vehicle.loop_delay == 0.0  # who is silent says nothing
 
 
 def test_joints_are_found_by_name(robot: Robot, hovering: Make) -> None:

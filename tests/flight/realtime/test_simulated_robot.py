@@ -11,7 +11,7 @@ import pytest
 from short_flights import HOLD
 from skylimb.control.records import Command
 from skylimb.flight.realtime.link import Datagram
-from skylimb.flight.realtime.messages import GREETING, Names, encode
+from skylimb.flight.realtime.messages import GREETING, Names, StateMessage, decode, encode
 from skylimb.flight.realtime.simulated_robot import SimulatedRobot
 from skylimb.flight.takeoff import take_off
 
@@ -90,6 +90,26 @@ def test_what_is_no_command_changes_nothing(served: Served, changes: dict[str, A
     served.told(1, 12.0, **changes)
     assert served.tick() == 11.0
     assert served.robot.counts == {fault: 1}
+
+
+def test_it_says_how_old_the_measurement_was_that_its_command_answers(served: Served) -> None:
+    sent = list[bytes]()
+    served.wire.send = sent.append  # type: ignore[method-assign]
+
+    def said() -> float | None:
+        return decode(sent[-1], StateMessage).loop_delay
+
+    served.tick()
+    assert said() is None
+    served.told(0, 11.0, stamp=0.0)
+    served.tick(2)
+    assert said() == pytest.approx(0.005)  # the state of tick 0, in that of tick 1
+    served.told(1, 11.0, stamp=0.005)
+    served.tick(4)
+    assert said() == pytest.approx(0.01)
+    served.told(2, 11.0, stamp=0.005)
+    served.tick(2)
+    assert said() == pytest.approx(0.03)
 
 
 def test_whoever_comes_after_a_silence_is_answered_and_counts_anew(served: Served) -> None:

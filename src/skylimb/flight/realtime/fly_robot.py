@@ -153,6 +153,7 @@ def _fly(
     with answering_first(ENDS, lambda number, _: ended.append(number)), unfrozen():
         try:
             for k in due:
+                guard.delayed(vehicle.loop_delay)
                 at, flown = driver.tick(k), k + 1
                 ticks.flown(k, driver.log[k])
                 seen = measured_at(driver, k)

@@ -15,7 +15,7 @@ from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import PACE, needs_of
 from skylimb.control.records import Command
 from skylimb.control.supervisor.halves import Halves
-from skylimb.control.supervisor.late_gains import late_gains
+from skylimb.control.supervisor.late_gains import MOST, late_gains
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Told
 from skylimb.control.supervisor.supervised import BITS, MODE, word_of
@@ -30,6 +30,9 @@ _log = logging.getLogger(__name__)
 
 FAILED = "the controller failed"
 """Why a flight is broken off whose controller raises."""
+
+SLOW = "commands take too long"
+"""Why one is broken off whose robot gets them too late."""
 
 WORDS = {
     "stop": "motors off were ordered",
@@ -95,6 +98,7 @@ class GuardedController:
         self._last = Taken()
         self.flown: Reference | None = None
         self.counts, self.failed, self.why, self.sees = Faults(), "", "", False
+        self._delay = 0.0
 
     @property
     def mode(self) -> str:
@@ -121,6 +125,16 @@ class GuardedController:
             joints: its angles; by default they are new.
         """
         self._taken = pose, joints
+
+    def delayed(self, delay: float) -> None:
+        """What a link adds to the delay of the loop, s: the gains suit it (`late_gains`), or it is led back.
+
+        A delay of commands does to the loop what one of measurements does, and nothing that is measured
+        tells it before the robot swings.
+        """
+        self._delay = round(delay, 6)  # a difference of stamps
+        if self._delay > MOST and not self.retreating:
+            self.retreat(SLOW)
 
     def retreat(self, why: str = "") -> None:
         """Break the flight off at the next tick, for a fault if there is a reason, else to land."""
@@ -171,8 +185,9 @@ class GuardedController:
         if halves.started:
             self.flown = sight.reference
         layout = getattr(self._controller, "gain_layout", None)
-        if layout is not None and (halves.late or halves.slow):
-            gains = late_gains(layout, gains, halves.late, halves.slow)
+        late = max(halves.late, self._delay)
+        if layout is not None and (late or halves.slow):
+            gains = late_gains(layout, gains, late, halves.slow)
         if sight.asks > 0.5:
             new, command, own = self._asked(gains, state, sight.measurement, sight.reference, dt)
             if command is not None or not self._own:
@@ -198,6 +213,7 @@ class GuardedController:
             "tick_late": late,
             "tick_latency": latency,
             "tick_held": float(not flew),
+            "loop_delay": self._delay,
             "retreating": float(self.retreating),
         }
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable, Hashable, Iterable
 from typing import Any, NamedTuple, Protocol
 
@@ -32,6 +33,8 @@ MOST = 32
 """Datagrams that are read at a tick; of a flood the rest is thrown away unread."""
 ANOTHER = "another sender is listened to"
 """Name of a fault: whoever spoke has been silent, and somebody else speaks."""
+DELAY_OVER = 0.5
+"""For so long the least of the loop's delays counts, s: messages that are late at times are no slow loop."""
 _SETTLING = 3
 """Times that is read until what lay in the queue from before has gone."""
 
@@ -88,6 +91,8 @@ class RemoteVehicle:
         layout: measurement and command: nobody knows more of a robot.
         counts: how often each fault was met.
         heard: the last state that was understood; None before the first one.
+        loop_delay: how long lately at least it took from a measurement to the command that answers it, s, as
+            the robot says; 0 while it says nothing.
     """
 
     def __init__(
@@ -107,6 +112,7 @@ class RemoteVehicle:
         self._first, self._settling = math.inf, _SETTLING
         self.heard: StateMessage | None = None
         self.counts = Faults()
+        self.loop_delay, self._delays = 0.0, deque[tuple[float, float]]()
         self._imu, self._measured = imu, nothing_measured(robot, imu)
         self.layout = measured_layout(robot, imu)
 
@@ -144,6 +150,9 @@ class RemoteVehicle:
                 self.counts.note("link", str(refused))
         if self.heard is not None and self._settling:
             self._settling -= 1
+        while self._delays and self._delays[0][0] < self._now() - DELAY_OVER:
+            self._delays.popleft()
+        self.loop_delay = min((delay for _, delay in self._delays), default=0.0)
         self._taken(self._stamps.taken)
         older = self._now() - self._stamps.taken
         return self._measured._replace(capture_age=self._measured.capture_age + older)
@@ -163,7 +172,10 @@ class RemoteVehicle:
         if self._speaker.changes > before.changes:
             self.counts.note("link", ANOTHER, why=f"{datagram.sender} in place of {before.sender}")
             self._stamps = Stamps(taken=self._stamps.taken)  # another clock
+            self._delays.clear()
         self.heard = message
+        if message.loop_delay is not None and 0.0 <= message.loop_delay < math.inf:
+            self._delays.append((now, message.loop_delay))
         self._stamps, fault = judged(self._stamps, message.stamp, now)
         if believed(fault):
             self._measured = measurement if self._imu else measurement._replace(imu=ABSENT)

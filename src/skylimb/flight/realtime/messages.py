@@ -44,6 +44,8 @@ class StateMessage:
         imu_specific_force: acceleration there without gravity's share, mean since the last message, m/s^2.
         battery: charge, per cent; nothing where nobody knows.
         mass: of the robot as it knows itself, kg.
+        loop_delay: from the measurement that the newest command answers until that command came, s on the
+            robot's clock; nothing before one came, and where nobody knows.
     """
 
     seq: int
@@ -59,6 +61,7 @@ class StateMessage:
     imu_specific_force: tuple[float, float, float] | None = None
     battery: float | None = None
     mass: float | None = None
+    loop_delay: float | None = None
 
 
 @dataclass(frozen=True)

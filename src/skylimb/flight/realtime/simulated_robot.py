@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -60,6 +61,7 @@ class SimulatedRobot:
         self._command: Command | None = None
         self._data = simulated.data
         self._speaker, self._newest = Speaker(), -1
+        self._loop_delay: float | None = None
         self.counts = Faults()
 
     def position(self) -> np.ndarray:
@@ -74,7 +76,8 @@ class SimulatedRobot:
     def sense(self) -> None:
         """Send the state."""
         stamp = self._seq * self._period
-        self._link.send(encode(self._names.state_message(self._seq, stamp, self._measurement)))
+        state = self._names.state_message(self._seq, stamp, self._measurement)
+        self._link.send(encode(replace(state, loop_delay=self._loop_delay)))
         self._seq += 1
 
     def act(self) -> bool:
@@ -110,6 +113,7 @@ class SimulatedRobot:
             if message.seq <= self._newest:
                 raise RefusedMessageError("command overtaken or said twice")
             self._command, self._newest = command, message.seq
+            self._loop_delay = (self._seq - 1) * self._period - message.stamp
         return command is not None
 
 
