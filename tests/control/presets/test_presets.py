@@ -317,8 +317,7 @@ def test_the_presets_are_what_has_been_flown(robot: Robot) -> None:
     assert flattened(following, "translation") == {
         "stiffness": [5.0, 10.0, 5.0], "damping_ratio": [0.8, 0.7, 0.8], "press_stiffness": 0.3,
         "press_damping": 4.0, "press_mass_ratio": 0.7, "force": 1.0, "force_integral": 0.5,
-        "force_release": 3.0, "force_integral_limit": 3.0, "tank": 0.5,
-        "cancel": [0.5, 0.7], "cancel_cutoff": [5.0, 5.0],
+        "force_integral_limit": 3.0, "tank": 0.5, "cancel": [0.5, 0.7], "cancel_cutoff": [5.0, 5.0],
         "cancel_limit": 1.0, "cancel_speed": 0.06, "error_limit": 0.1, "pen": 1.0, "hanging": 1.0,
         "feed": 0.0, "swing": [0.0, 0.0], "swing_cutoff": 1.0, "swing_speed": 10.0,
         "landing_cancel": [0.0, 0.0], "leaving_swing": [0.0, 0.0],
@@ -354,8 +353,7 @@ def test_what_a_law_does_where_no_preset_says_otherwise() -> None:
     springs = {"stiffness": [5.0] * 3, "damping_ratio": [1.0] * 3}
     assert to_mapping(following.Gains((5.0, 5.0, 5.0), (1.0, 1.0, 1.0))) == {
         **springs, "press_stiffness": 0.3, "press_damping": 3.3,
-        "press_mass_ratio": 0.6, "force": 1.0, "force_integral": 0.5, "force_release": 1.0,
-        "force_integral_limit": 3.0,
+        "press_mass_ratio": 0.6, "force": 1.0, "force_integral": 0.5, "force_integral_limit": 3.0,
         "tank": 0.5, "cancel": [1.0, 1.0], "cancel_cutoff": [5.0, 5.0], "cancel_limit": 1.0,
         "cancel_speed": 0.06, "error_limit": 0.1, "pen": 1.0, "hanging": 0.0, "feed": 0.0,
         "swing": [0.0, 0.0], "swing_cutoff": 1.0, "swing_speed": 10.0,

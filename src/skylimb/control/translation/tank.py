@@ -17,13 +17,6 @@ from skylimb.symbolic import clip, dot, where
 TANK_LOW = 0.25
 """Share of the tank below which the integral fades, and counts as limited."""
 
-EXCESS = (1.0, 0.5)
-"""From which press above the wanted one the integral takes it back faster: N, and a share of the wanted one.
-
-Friction that comes toward the pen wedges it there, and each newton of press wedges it more. The newton is
-some four times the noise of a slide; the share leaves a strong press its ordinary swings.
-"""
-
 SHORT = 0.05
 """Force along the axis by which the rotors fell short from which the press counts as limited, N."""
 
@@ -47,9 +40,7 @@ def regulated(
     missing = wanted - contact.normal_force
     alive = clip(state.tank / (TANK_LOW * gains.tank), 0.0, 1.0)
     axis_residual = dot(inputs.reference.contact_axis, (inputs.residual or NOTHING).force)
-    excessive = missing < -(EXCESS[0] + EXCESS[1] * wanted)
-    rate = gains.force_integral * where(excessive, gains.force_release, 1.0)
-    integral = state.integral + unless_short(rate * missing * dt, axis_residual)
+    integral = state.integral + unless_short(gains.force_integral * missing * dt, axis_residual)
     integral = clip(integral, -gains.force_integral_limit, gains.force_integral_limit)
     power = integral * relative
     # The work that the integral takes back always fills the tank; what it spends needs energy in it.

@@ -340,17 +340,6 @@ def test_a_missing_force_is_integrated_up_to_its_limit(make_inputs: Make, normal
     assert force[0] == pytest.approx(1.0 + state.integral)
 
 
-@pytest.mark.parametrize("wanted", [0.5, 1.0, 5.0])
-@pytest.mark.parametrize(("beyond", "times"), [(-0.1, 1.0), (0.1, 3.0)])
-def test_a_press_that_is_far_too_strong_is_taken_back_faster(
-    make_inputs: Make, wanted: float, beyond: float, times: float
-) -> None:
-    normal = wanted + 1.0 + 0.5 * wanted + beyond
-    at = make_inputs(contact=ENGAGED._replace(normal_force=normal), wanted=wanted, **CALM)
-    state, _, _ = step(at, replace(GAINS, force_release=3.0))
-    assert state.integral == pytest.approx(times * GAINS.force_integral * (wanted - normal) * DT)
-
-
 @pytest.mark.parametrize(
     ("tank", "speed", "share"),
     [

@@ -118,10 +118,6 @@ class Gains:
     force_integral: Annotated[
         float, Key("1/s", "k_i, integral gain of the force error", low=0.0, high=1e3)
     ] = 0.5
-    force_release: Annotated[
-        float,
-        Key("", "times as fast the integral takes back a press that is far too strong", low=1.0, high=100.0),
-    ] = 1.0
     force_integral_limit: Annotated[
         float, Key("N", "greatest size of the integral I", low=0.0, high=100.0)
     ] = 3.0
