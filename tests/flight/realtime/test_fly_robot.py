@@ -183,6 +183,34 @@ def test_a_loop_that_is_too_slow_is_led_back_and_down() -> None:
     assert robot.position()[2] < 0.3
 
 
+@pytest.mark.parametrize("stood", [0.6, 3.0])
+def test_a_computer_that_stood_still_leads_the_robot_back_and_catches_up_no_tick(
+    stood: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Stopped(InStep):
+        """At tick 200 time goes on by itself; the robot holds itself meanwhile, and says so."""
+
+        def wait(self, k: int) -> float:
+            late = super().wait(k)
+            if k != 200:
+                return late
+            for _ in range(round(stood / self.period)):
+                self.moment += round(1e9 * self.period)
+                self.robot.sense()
+                self.passed()
+            return Pacer.wait(self, k)
+
+    monkeypatch.setattr(sys.modules[__name__], "InStep", Stopped)
+    over, robot = flown()
+    assert over.run.cause == "broken off by the guard (this computer stood still)"
+    assert over.faults["missed tick"] == 1
+    assert over.run.log.tick_late.values[200] == pytest.approx(stood, abs=0.01)
+    assert over.run.log.tick_late.values[201:].max() == 0.0
+    assert "CUT" not in {list(TABLE.modes)[int(mode)] for mode in over.run.log.supervisor_mode.values}
+    assert swing(over) < 0.1
+    assert robot.position()[2] < 0.3
+
+
 def test_a_link_that_is_cut_coasts_then_breaks_off() -> None:
     def cut(k: int, robot: SimulatedRobot, far: End) -> None:
         far.cut = 80 <= k < 210

@@ -54,6 +54,9 @@ LISTEN = 0.2
 ENDED = "ended by its user"
 """Why a flight is broken off that Ctrl-C, or the system, ends."""
 
+STALLED = "this computer stood still"
+"""Why one is broken off that had no tick for longer than its limit of overruns."""
+
 
 def fly_robot(
     link: Link,
@@ -103,7 +106,7 @@ def fly_robot(
     limits = limits or plan.experiment.supervisor
     guard = guarded_controller(plan, clock, replace(limits, floor=limits.floor - DEPTH))
     vehicle = RemoteVehicle(
-        plan.robot, link, clock.clock, lambda time: guard.taken(*[time - clock.started] * 2), plan.needs.imu
+        plan.robot, link, clock.clock, lambda time: guard.taken(time, time), plan.needs.imu
     )
     told = unprotected(plan.robot, plan.needs.vectoring, limits)
     first, begins = plan.mission.first, start or StartLimits()
@@ -155,6 +158,10 @@ def _fly(
             for k in due:
                 guard.delayed(vehicle.loop_delay)
                 at, flown = driver.tick(k), k + 1
+                if clock.late > guard.limits.overruns * clock.period:
+                    # Caught up, hundreds of ticks fly by one measurement, and their commands come at once.
+                    clock.forgive()
+                    guard.retreat(STALLED)
                 ticks.flown(k, driver.log[k])
                 seen = measured_at(driver, k)
                 if guard.retreating:

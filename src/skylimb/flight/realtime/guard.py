@@ -73,6 +73,7 @@ class GuardedController:
         limits: when the supervisor acts.
 
     Attributes:
+        limits: the same.
         flown: the reference that was flown last: the mission's, or that of the retreat.
         counts: how often each fault was met.
         failed: what the controller raised first, in words; empty while it has not.
@@ -89,7 +90,7 @@ class GuardedController:
         limits: Limits | None = None,
     ) -> None:
         self._controller, self._pacer, self._robot = controller, pacer, robot
-        self._limits = limits or Limits()
+        self.limits = limits or Limits()
         self.name, self.needs = controller.name, needs_of(controller)
         self._bounds = (robot.thrust_limits(), robot.joint_limits(), robot.vectoring_limits())
         self._halves: Halves | None = None
@@ -199,7 +200,7 @@ class GuardedController:
 
     def _made(self, ahead: int, dt: float) -> Halves:
         """Both halves of the supervisor."""
-        robot, limits, needs = self._robot, self._limits, self.needs
+        robot, limits, needs = self._robot, self.limits, self.needs
         self._halves = self._halves or Halves(robot, limits, ahead, dt, needs.imu, needs.vectoring)
         return self._halves
 
