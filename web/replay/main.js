@@ -47,9 +47,9 @@ async function start(root, { flights, speed = 1 }) {
   const label = () => {
     const cells = sceneView?.cells() ?? [];
     const legend = (i) => {
-      const { name, colour, failed } = flights[i];
+      const { name, colour, mark } = flights[i];
       const dot = element("span", { class: "dot", style: { background: colour } });
-      return [dot, failed ? `${name} (failed)` : name];
+      return [dot, mark ? `${name} (${mark})` : name];
     };
     names.replaceChildren(...(state.ghosts && sceneView
       ? [element("div", { class: "name", style: { left: "0", top: "0" } }, ...sceneView.seen.flatMap((i) => [...legend(i), " "]))]

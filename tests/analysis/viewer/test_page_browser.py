@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -14,6 +15,7 @@ from scipy.spatial.transform import Rotation
 import skylimb
 from chromium import PAINTED, needs_chromium, silent_page
 from skylimb.analysis.notebook_run import Run
+from skylimb.analysis.recording.run import UNFINISHED
 from skylimb.analysis.viewer.page import FlightViewer
 
 pytestmark = needs_chromium
@@ -22,7 +24,10 @@ pytestmark = needs_chromium
 @pytest.fixture(scope="module")
 def page_file(four_runs: Mapping[str, Run], tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("page") / "page.html"
-    path.write_text(FlightViewer(four_runs).page, encoding="utf-8")
+    shown = dict(four_runs)
+    name = next(name for name, run in shown.items() if run.controller == "hybrid")
+    shown[name] = replace(shown[name], log=shown[name].log.assign_attrs(status=UNFINISHED))
+    path.write_text(FlightViewer(shown).page, encoding="utf-8")
     return path
 
 
@@ -49,7 +54,7 @@ def time_shown(page: sync_api.Page) -> float:
 
 
 def test_all_flights_stand_side_by_side_with_their_plots(looked_at: sync_api.Page) -> None:
-    names = ["PID", "Impedance", "Admittance (failed)", "Hybrid"]
+    names = ["PID", "Impedance", "Admittance (failed)", "Hybrid (unfinished)"]
     assert looked_at.locator(".replay .name").all_inner_texts() == names
     assert looked_at.locator(".replay .uplot").count() >= 4
     drawn = looked_at.evaluate("() => { const t = skylimbReplay.sceneView; t.render(); " + PAINTED + " }")
@@ -115,7 +120,7 @@ def test_ghosts_are_one_picture_and_one_flight_has_all_its_curves(page: sync_api
     assert page.evaluate("skylimbReplay.sceneView.cells().length") == 1
     page.get_by_role("button", name="ghosts").click()
     page.get_by_label("Flights").select_option("Hybrid")
-    assert page.locator(".replay .name").all_inner_texts() == ["Hybrid"]
+    assert page.locator(".replay .name").all_inner_texts() == ["Hybrid (unfinished)"]
     assert "truth" in page.locator(".replay .u-legend").first.inner_text()
 
 

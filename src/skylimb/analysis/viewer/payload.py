@@ -40,7 +40,7 @@ def viewer_payload(runs: Mapping[str, Run]) -> dict[str, Any]:
             {
                 "name": palette.label(name),
                 "colour": colours[name],
-                "failed": run.failed,
+                "mark": run.mark,
                 "cause": run.cause,
                 **_scene(run),
                 **packed_panels(run.log),
