@@ -182,6 +182,11 @@ def test_frames_that_come_later_are_noticed_and_flown_with() -> None:
     assert float(np.abs(later.log.tilt - in_time.log.tilt[0]).max()) < 0.06
     seen = float(slow.log.time[int(np.argmax(slow.log.contact.values > 0.0))])
     assert float(slow.log.lateness_estimate.sel(time=seen)) == 0.05
+    # A replay has the gains of each tick; it knows the predictions that stood in at the onset no more.
+    replayed = skylimb.replay(later).log
+    apart = np.abs(replayed.thrusts_command.values - later.log.thrusts_command.values)
+    assert apart[:500].max() == 0.0
+    assert apart[800:].max() < 0.01
 
 
 def test_rotors_that_are_slow_are_told_from_frames_that_are_late() -> None:

@@ -169,6 +169,10 @@ def test_a_loop_that_is_slow_is_flown_with_gains_that_suit_it(controller: str) -
     assert over.run.status == "OK", over.run.cause
     assert over.run.log.loop_delay.values[200:-50] == pytest.approx(0.05)
     assert swing(over) < 0.2
+    # A replay flies with the gains of each tick too.
+    mission = over.run.log.retreating.values == 0.0
+    commands = [run.log.thrusts_command.values[mission] for run in (over.run, skylimb.replay(over.run))]
+    np.testing.assert_allclose(*commands, atol=1e-9)
     # Nothing else tells it: commands that are as late and of which nobody says so lose the robot's balance.
     unsaid, _ = flown(controller, late=5, spoil=lambda fields: fields.pop("loop_delay"))
     assert swing(unsaid) > 0.3

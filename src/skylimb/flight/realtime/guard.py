@@ -18,7 +18,7 @@ from skylimb.control.supervisor.halves import Halves
 from skylimb.control.supervisor.late_gains import MOST, late_gains
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Told
-from skylimb.control.supervisor.supervised import BITS, MODE, word_of
+from skylimb.control.supervisor.supervised import BITS, LATENESS, MODE, SLOWNESS, word_of
 from skylimb.control.supervisor.table import RETREAT, TABLE
 from skylimb.flight.realtime.faults import Faults
 from skylimb.flight.realtime.own_signals import at_rest, kept_signals, unknown_signals
@@ -186,9 +186,8 @@ class GuardedController:
         if halves.started:
             self.flown = sight.reference
         layout = getattr(self._controller, "gain_layout", None)
-        late = max(halves.late, self._delay)
-        if layout is not None and (late or halves.slow):
-            gains = late_gains(layout, gains, late, halves.slow)
+        if layout is not None and (self._late or halves.slow):
+            gains = late_gains(layout, gains, self._late, halves.slow)
         if sight.asks > 0.5:
             new, command, own = self._asked(gains, state, sight.measurement, sight.reference, dt)
             if command is not None or not self._own:
@@ -204,6 +203,11 @@ class GuardedController:
         self._halves = self._halves or Halves(robot, limits, ahead, dt, needs.imu, needs.vectoring)
         return self._halves
 
+    @property
+    def _late(self) -> float:
+        """How much later than assumed the controller's answers are, s."""
+        return max(0.0 if self._halves is None else self._halves.late, self._delay)
+
     def _signals(self, flew: bool) -> dict[str, float]:
         """How a tick went, whose command is the controller's or not."""
         late, latency = (0.0, 0.0) if self._pacer is None else (self._pacer.late, self._pacer.elapsed())
@@ -215,6 +219,8 @@ class GuardedController:
             "tick_latency": latency,
             "tick_held": float(not flew),
             "loop_delay": self._delay,
+            LATENESS: self._late,
+            SLOWNESS: 0.0 if self._halves is None else self._halves.slow,
             "retreating": float(self.retreating),
         }
 

@@ -34,6 +34,8 @@ from skylimb.control.missions.clock import Clock
 from skylimb.control.missions.mission import Mission
 from skylimb.control.needs import needs_of
 from skylimb.control.planning.posture import standing
+from skylimb.control.supervisor.late_gains import late_gains
+from skylimb.control.supervisor.supervised import LATENESS, SLOWNESS
 from skylimb.flight.events import GainChange
 from skylimb.flight.events.gain import gain_rows
 from skylimb.flight.experiments.experiment import Experiment, load_experiment
@@ -120,7 +122,7 @@ def _replayed(
         ahead = recorded_ahead(log, wanted)
         if wanted and ahead is None:
             planned = ("no references ahead as this controller wants them: those of later ticks",)
-    changing, dropped = _gains(experiment, controller, len(held))
+    changing, dropped = _gains(experiment, controller, log)
     values = open_loop(controller, held, mission, period, changing, progress, ahead)
     notes = (*said, *resampled, *held.missing, *doubts(held, robot), *planned, *dropped, *_broken_off(log))
     known = controller_signals(controller)
@@ -215,22 +217,30 @@ def _mission(
 
 
 def _gains(
-    experiment: Experiment, controller: Controller, count: int
+    experiment: Experiment, controller: Controller, log: xr.Dataset
 ) -> tuple[tuple[np.ndarray, np.ndarray] | None, tuple[str, ...]]:
-    """The gains that changed in flight, and those that this controller does not have."""
+    """The gains that changed in flight, by order or by its supervisor, and those that a controller lacks."""
     changes = [event for event in experiment.events if isinstance(event, GainChange)]
-    if not changes:
-        return None, ()
     layout = Layout(controller.gains()) if is_traceable(controller) else None
     known = [change for change in changes if layout and change.key in layout.slices]
     missing = {change.key for change in changes} - {change.key for change in known}
     said = tuple(f"{controller.name} has no gain '{key}' to be changed in flight" for key in sorted(missing))
-    if layout is None or not known:
+    late, slow = (
+        np.nan_to_num(log[name].values) if name in log else np.zeros(log.sizes["time"])
+        for name in (LATENESS, SLOWNESS)
+    )
+    suited = np.flatnonzero(late + slow)
+    if layout is None or not (known or len(suited)):
         return None, said
-    late = int(max(change.time for change in known) / experiment.control_period) + 2
-    times = np.arange(max(count, late)) * experiment.control_period
-    rows = gain_rows(known, controller, times)
-    return (rows.columns, rows.values), said
+    count = len(late)
+    last = int(max((change.time for change in known), default=0.0) / experiment.control_period) + 2
+    rows = np.tile(layout.pack(controller.gains()), (max(count, last), 1))
+    if known:
+        changed = gain_rows(known, controller, np.arange(len(rows)) * experiment.control_period)
+        rows[:, changed.columns] = changed.values
+    for k in suited:
+        rows[k] = late_gains(layout, rows[k], late[k], slow[k])
+    return (np.arange(layout.size), rows), said
 
 
 def _log(log: xr.Dataset, values: Mapping[str, np.ndarray], own: Mapping[str, Signal]) -> xr.Dataset:
