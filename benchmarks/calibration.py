@@ -1,13 +1,15 @@
 """What `skylimb calibrate` reaches over random draws, and what it is worth to the preset `following`.
 
     python benchmarks/calibration.py [--draws 200] [--board-draws 200] [--minutes 60]
+    python benchmarks/calibration.py --board
 
 Draws are those of benchmarks/following.py: thrust +-2 % overall and per rotor, misaligned attitude +-1 degree
 about each axis, mass +-1 %, centre of gravity +-10 mm along each axis, latency 10 .. 30 ms. Each is
 calibrated by the experiment `calibration`, then flies the paper's board with and without its calibration.
 docs/calibration.json keeps every number, a line a draw, and the tables of docs/reports/calibration.md are
-written anew. Draws that it holds are not flown again: a run that was cut off goes on. `--tables`
-flies nothing.
+written anew. Draws that it holds are not flown again: a run that was cut off goes on. `--board` flies the
+board alone, with the calibrations that it holds: what they find does not depend on the gains of `following`,
+and the board does. `--tables` flies nothing.
 """
 
 from __future__ import annotations
@@ -25,6 +27,7 @@ import numpy as np
 import skylimb
 from skylimb.analysis.scores.registry import measured
 from skylimb.base.errors import SkylimbError
+from skylimb.control.corrections import Calibrated, Corrections
 from skylimb.robots.loader import load_robot
 from skylimb.studies.calibration.public import calibration_from
 from skylimb.studies.calibration.result import SIGMAS
@@ -34,6 +37,7 @@ from following import draws  # the same draws, beside this file
 from kept import fill
 
 DOCS = Path(__file__).parents[1] / "docs"
+KEPT = DOCS / "calibration.json"
 PLANT = ("plant.", "sensors.")
 SCORES = {
     "pen_line_rms": ("pen line, rms", "mm", 1e3),
@@ -64,11 +68,38 @@ def one(drawn: Mapping[str, Any], seed: int, fly: bool) -> dict[str, Any]:
         "shown": made.estimate.shown.tolist(),
         "left": made.left,
     }
-    for name, calibration in (("without", None), ("with", made)) if fly else ():
+    return found | (on_board(drawn, made) if fly else {})
+
+
+def on_board(drawn: Mapping[str, Any], made: Calibrated) -> dict[str, Any]:
+    """Scores of the paper's board without and with a calibration."""
+    found = dict[str, Any]()
+    for name, calibration in (("without", None), ("with", made)):
         run = skylimb.run("paper", "following", set=dict(drawn), calibration=calibration)
         scores = {**run.metrics, **measured(run, ["contact"])}
         found[name] = {key: scores.get(key) for key in SCORES} | {"lost": run.cause}
     return found
+
+
+def kept_corrections(number: int, drawn: Mapping[str, Any]) -> Corrections:
+    """What the calibration of a draw found: the truth and the error that docs/calibration.json keeps."""
+    robot = load_robot("hydrus_xi_quad")
+    kept = json.loads(KEPT.read_text(encoding="utf-8"))[number]
+    lag = float(np.mean([rotor.lag for rotor in robot.description.rotors]))
+    scale = np.array(drawn["plant.rotor_scale"]) * drawn["plant.thrust_scale"] / drawn["plant.mass_scale"]
+    first = [*drawn["sensors.attitude_misalignment"], *drawn["plant.cog_offset"], *scale]
+    truth = np.array([*first, lag, drawn["sensors.latency"]])
+    value = truth + np.array(kept["error"][: len(truth)])
+    rotors = 6 + robot.n_rotors
+    return Corrections(
+        robot.name,
+        robot.description.digest,
+        tuple(value[0:3].tolist()),
+        tuple(value[3:6].tolist()),
+        tuple(value[6:rotors].tolist()),
+        float(value[rotors]),
+        float(value[rotors + 1]),
+    )
 
 
 def identification(rows: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -126,10 +157,16 @@ def main() -> None:
     parser.add_argument("--minutes", type=float, default=60.0, help="begin no draw after so long")
     parser.add_argument("--board-draws", type=int, default=200, help="draws that fly the board besides")
     parser.add_argument("--tables", action="store_true", help="fly nothing: tables of docs/calibration.json")
+    parser.add_argument("--board", action="store_true", help="fly the board alone, with what is kept")
     options = parser.parse_args()
-    kept = DOCS / "calibration.json"
-    if not options.tables:
-        rows: list[dict[str, Any]] = json.loads(kept.read_text(encoding="utf-8")) if kept.exists() else []
+    rows: list[dict[str, Any]] = json.loads(KEPT.read_text(encoding="utf-8")) if KEPT.exists() else []
+    if options.board:
+        for number, (row, drawn) in enumerate(zip(rows, draws("paper", len(rows)), strict=True)):
+            if "with" in row:
+                row.update(on_board(drawn, kept_corrections(number, drawn)))
+                print(number, json.dumps(row["with"])[:100], flush=True)
+        KEPT.write_text(compact(rows), encoding="utf-8")
+    elif not options.tables:
         began = time.monotonic()
         for number, drawn in enumerate(draws("paper", options.draws)):
             if number < len(rows):
@@ -138,8 +175,8 @@ def main() -> None:
                 break
             rows.append(one(drawn, 1000 + number, number < options.board_draws))
             print(number, json.dumps(rows[-1])[:100], flush=True)
-            kept.write_text(compact(rows), encoding="utf-8")
-    write_tables(json.loads(kept.read_text(encoding="utf-8")))
+            KEPT.write_text(compact(rows), encoding="utf-8")
+    write_tables(json.loads(KEPT.read_text(encoding="utf-8")))
 
 
 def compact(rows: Sequence[Mapping[str, Any]]) -> str:

@@ -30,10 +30,10 @@ from skylimb.control.corrections import Corrections
 from skylimb.flight.drivers.native import fly_native
 from skylimb.flight.simulated_run import scored_run
 from skylimb.flight.takeoff import take_off
-from skylimb.robots.loader import load_robot
 
 sys.path.insert(0, str(Path(__file__).parent))
-from following import draws  # the same draws, beside this file
+from calibration import kept_corrections  # beside this file, as the next two
+from following import draws
 from kept import fill, keep
 
 HERE = Path(__file__).parent
@@ -110,7 +110,7 @@ def flown(cell: Mapping[str, Any], drawn: Sequence[Mapping[str, Any]]) -> dict[s
         return {**cell, **scores(fly(cell["seed"], changes))}
     one = {key: value for key, value in drawn[cell["draw"]].items() if key != "trajectory.direction"}
     changes = {**PEN, **DRAWINGS["skylimb.svg"], **one}
-    given = corrections(cell["draw"], one) if cell["calibrated"] else None
+    given = kept_corrections(cell["draw"], one) if cell["calibrated"] else None
     run = fly(None, changes, given)
     board = {"slope": float(np.degrees(one["surface.slope"])), "friction": one["surface.friction"]}
     return {**cell, **board, **scores(run)}
@@ -120,27 +120,6 @@ def fly(seed: int | None, changes: Mapping[str, Any], calibration: Corrections |
     """One flight on the native driver, which a flight of four minutes is worth."""
     (takeoff,) = take_off("paper", ("drawing",), seed, changes, calibration=calibration)
     return scored_run(takeoff, fly_native([takeoff])[0])
-
-
-def corrections(number: int, drawn: Mapping[str, Any]) -> Corrections:
-    """What the calibration of a draw found: the truth and the error that docs/calibration.json keeps."""
-    robot = load_robot("hydrus_xi_quad")
-    kept = json.loads((DOCS / "calibration.json").read_text(encoding="utf-8"))[number]
-    lag = float(np.mean([rotor.lag for rotor in robot.description.rotors]))
-    scale = np.array(drawn["plant.rotor_scale"]) * drawn["plant.thrust_scale"] / drawn["plant.mass_scale"]
-    first = [*drawn["sensors.attitude_misalignment"], *drawn["plant.cog_offset"], *scale]
-    truth = np.array([*first, lag, drawn["sensors.latency"]])
-    value = truth + np.array(kept["error"][: len(truth)])
-    rotors = 6 + robot.n_rotors
-    return Corrections(
-        robot.name,
-        robot.description.digest,
-        tuple(value[0:3].tolist()),
-        tuple(value[3:6].tolist()),
-        tuple(value[6:rotors].tolist()),
-        float(value[rotors]),
-        float(value[rotors + 1]),
-    )
 
 
 def known_table(rows: Sequence[Mapping[str, Any]]) -> str:
