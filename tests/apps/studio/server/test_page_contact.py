@@ -40,21 +40,23 @@ def opened(studio: Any, browser: sync_api.Browser) -> Iterator[sync_api.Page]:
         yield page
 
 
-def _begun_anew(done: tuple[Act, ...], before: tuple[Act, ...]) -> bool:
-    """Whether the last two acts are the fixture's own."""
-    words = [act.words for act in done[-2:] if not any(act is old for old in before)]
-    return words == ["everything back to the preset", "take off again"]
+def _acted(done: tuple[Act, ...], before: tuple[Act, ...], words: str) -> bool:
+    """Whether the last act is a new one of these words."""
+    return bool(done) and done[-1].words == words and not any(done[-1] is old for old in before)
 
 
 @pytest.fixture
 def page(opened: sync_api.Page, studio: Any) -> sync_api.Page:
     """The page with a flight that has just taken off, by the preset."""
     studio.speed(1)
-    before = studio.session.branches.done
-    for command in (Back(to="preset"), Restart()):
+    # What the test before asked for may be done late: each act is waited for by its words.
+    for command, words in (
+        (Back(to="preset"), "everything back to the preset"),
+        (Restart(), "take off again"),
+    ):
+        before = studio.session.branches.done
         studio.flight.command(command)
-    # What the test before asked for may be done late: both acts are waited for by their words.
-    wait_for(lambda: _begun_anew(studio.session.branches.done, before))
+        wait_for(lambda old=before, said=words: _acted(studio.session.branches.done, old, said))
     flown = studio.session.live.flights[0]
     until(opened, "skylimbStudio.state.scene === skylimbStudio.number && !skylimbStudio.state.over")
     wait_for(
