@@ -219,9 +219,11 @@ def test_the_timeline_is_as_long_as_what_it_shows_and_counts_what_it_does_not(
         page.keyboard.press("Home")
         page.keyboard.press("Shift+ArrowRight")
         count = len(studio.session.branches.ways)
+        page.evaluate("skylimbStudio.past.frames[0].left = true")  # what is seen until the branch comes
         page.keyboard.press("Enter")
         wait_for(lambda count=count: len(studio.session.branches.ways) > count)
-        until(page, "skylimbStudio.looking === null && skylimbStudio.past.end > 1.2")
+        until(page, "skylimbStudio.past.end > 1.2 && !skylimbStudio.past.frames[0].left")
+        assert page.evaluate("skylimbStudio.looking") is None
     until(page, "document.querySelectorAll('.branch').length === 4")
     hidden = len(studio.session.branches.ways) - 4
     more = page.get_by_role("button", name=f"Earlier branches: {hidden}")
