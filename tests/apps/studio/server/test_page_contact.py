@@ -48,7 +48,7 @@ def _acted(done: tuple[Act, ...], before: tuple[Act, ...], words: str) -> bool:
 @pytest.fixture
 def page(opened: sync_api.Page, studio: Any) -> sync_api.Page:
     """The page with a flight that has just taken off, by the preset."""
-    studio.speed(1)
+    studio.speed(0.2)  # it lasts for 5 s, which a busy machine may need to show it
     # What the test before asked for may be done late: each act is waited for by its words.
     for command, words in (
         (Back(to="preset"), "everything back to the preset"),
@@ -64,6 +64,7 @@ def page(opened: sync_api.Page, studio: Any) -> sync_api.Page:
     )
     assert studio.session.live.flights[0] is flown
     until(opened, "skylimbStudio.past.end > 0.1")
+    studio.speed(1)
     return opened
 
 
