@@ -41,7 +41,8 @@ GAIN = {"kind": "gain", "time": 0.5, "key": "translation.normalized_stiffness", 
 PUSH = {"kind": "push", "time": 0.9, "duration": 0.4, "force": [0.4, 0.2, 0.0]}
 SURFACE = {"kind": "surface", "time": 0.3, "present": False}
 ROTOR = {"kind": "rotor", "time": 0.5, "latest": 0.8, "rotor": "rotor2", "effectiveness": 0.8}
-JOINT = {"kind": "joint", "time": 0.5, "joint": "joint2", "strength": 0.0, "duration": 0.3}
+# Not limp: with all else together a guard would rightly say that rates and poses do not fit.
+JOINT = {"kind": "joint", "time": 0.5, "joint": "joint2", "strength": 0.5, "duration": 0.3}
 TICK = {"kind": "tick", "time": 0.6, "duration": 0.05}
 WIND = {"kind": "wind", "time": 0.5, "duration": 0.6, "velocity": [0.0, 4.0, 0.0]}
 BODY = {"kind": "body", "time": 0.5, "mass": 0.1, "point": [0.2, 0.0, 0.05], "pen": 0.02}

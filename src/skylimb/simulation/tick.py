@@ -184,7 +184,7 @@ def _trace(
     controller_state, command, inner = traced.step(gain_layout.unpack(p), before, measurement, reference, dt)
     scales = known.thrust_scales
     limits = controller.robot.description
-    drive = drive_plant(plant, limits, outputs, command, rotors, scales, rates, dt)
+    drive = drive_plant(plant, limits, outputs, command, rotors, scales, known.held, rates, dt)
     shown = plant_signals(plant, outputs, scales, measurement, command)
     recorded = {**shown, **drive.signals, **inner}
     if window.paced:

@@ -203,24 +203,6 @@ def test_a_seed_draws_when_an_event_begins_and_the_run_says_when() -> None:
     assert [(event.time, event.latest) for event in again] == [(time, None) for time in pairs[0]]
 
 
-def test_of_two_kinds_that_change_one_number_each_has_its_own_ticks() -> None:
-    """Frozen commands stop every servo, but for the one that runs away by itself."""
-    events = [{**JOINT, "strength": None, "speed": 0.3}, {"kind": "tick", "time": 0.5, "duration": 0.2}]
-    events.append({**events[1], "time": 1.0})
-    (takeoff,) = take_off("paper", ("following",), set={**HOLD, "supervisor.on": False, "events": events})
-    rows, model = takeoff.timeline(takeoff.times).model, takeoff.plant.model
-    assert rows is not None
-    places = {(place.field, model.actuator(place.row).name): place for place in rows.places}
-    assert len(places) == len(rows.places)
-
-    def highest(joint: str) -> list[float]:
-        column = places["actuator_ctrlrange", joint].column + 1
-        return [rows.values[int(np.searchsorted(takeoff.times, at)), column] for at in (0.4, 0.6, 0.8, 1.1)]
-
-    assert highest("joint2") == [0.5, 0.0, 0.5, 0.3]
-    assert highest("joint1") == [0.5, 0.0, 0.5, 0.0]
-
-
 def test_events_survive_the_way_through_their_tables() -> None:
     events = (
         GainChange(1.0, KEY, 2.0, duration=0.3),
