@@ -159,6 +159,7 @@ def _require_takeoff(takeoff: Takeoff, known: Sequence[Event] = ()) -> None:
     experiment = takeoff.experiment
     context = takeoff.event_context._replace(plant=takeoff.plant)
     require_events(experiment.events, context, float(takeoff.times[-1]), known)
+    takeoff.timeline(takeoff.times)  # which refuses what only all events together make impossible
     if takeoff.own_plant is not None:
         require_own(takeoff.plant, takeoff.own_plant)
         require_applied(experiment.events, OWN_PLANT_KINDS, f"plant '{plant_name(takeoff.own_plant)}'")

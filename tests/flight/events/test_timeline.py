@@ -36,6 +36,7 @@ GAIN = {"kind": "gain", "time": 1.0, "key": KEY, "value": 2.0}
 PUSH = {"kind": "push", "time": 1.0, "duration": 0.2, "force": [0.0, 1.0, 0.0]}
 SURFACE = {"kind": "surface", "time": 1.0, "friction": 0.2}
 ROTOR = {"kind": "rotor", "time": 1.0, "rotor": "rotor2", "effectiveness": 0.5}
+LOST = {"kind": "body", "time": 1.0, "mass": -0.6, "point": [0.3, 0.0, 0.0]}
 JOINT = {"kind": "joint", "time": 1.0, "joint": "joint2", "strength": 0.0}
 WIND = {"kind": "wind", "time": 1.0, "duration": 0.5, "velocity": [0.0, 5.0, 0.0]}
 ENCODER = {"kind": "sensor", "time": 1.0, "joint": "joint1", "offset": 0.1}
@@ -107,7 +108,15 @@ SECONDS = 2.0
         ([{**ENCODER, "capture": "gone"}], ["events.0.capture", "'lost'"]),
         ([{"kind": "body", "time": 1.0}], ["events.0.mass", "changes nothing"]),
         ([{"kind": "body", "time": 1.0, "mass": -1.5}], ["body at 1 s", "mass = -1.5 kg leaves -"]),
+        (
+            [{**LOST, "time": 1.2}, LOST],
+            ["body at 1.2 s", "mass = -0.6 kg leaves -"],
+        ),
         ([{"kind": "body", "time": 1.0, "pen": 0.7}], ["body at 1 s", "pen = 0.7 m is more than link4"]),
+        (
+            [{"kind": "body", "time": 1.0, "pen": 0.4}, {"kind": "body", "time": 1.2, "pen": 0.4}],
+            ["body at 1.2 s", "pen = 0.4 m, after 0.4 m before, is more than link4"],
+        ),
     ],
 )
 def test_what_cannot_be_is_refused_by_name_soon_and_nothing_is_written(
