@@ -4,7 +4,8 @@
 
 acts at the centre of gravity, with the wind w, the density rho of air at sea level,
 and the robot's drag area Cd A. A gust rises and falls as one minus a cosine, the discrete gust of
-MIL-F-8785C. The robot's own speed, some tenths of a metre a second, is left out beside the wind's. The drag
+MIL-F-8785C. The robot's own speed, some tenths of a metre a second, is left out beside the wind's.
+The rotors' own drag (`plant.rotor_drag`) is that of air at rest. The drag
 area that stands here is that of four tubes of 0.6 m by 30 mm across the wind, each with the 1.2 of a long
 cylinder (Hoerner, Fluid-Dynamic Drag, 1965).
 """
