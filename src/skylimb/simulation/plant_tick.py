@@ -57,6 +57,7 @@ def plant_signals(
 ) -> dict[str, Any]:
     """What is recorded whatever the controller: truth, measurement and command."""
     contact = plant.reading.average(outputs.history)
+    couple = {} if contact.couple is None else {"contact_couple": contact.couple}
     return {
         "configuration": outputs.qpos,
         "configuration_velocity": outputs.qvel,
@@ -68,6 +69,7 @@ def plant_signals(
         "contact_force": contact.force,
         "contact_duty": contact.duty,
         "contact_point": contact.position,
+        **couple,
     }
 
 

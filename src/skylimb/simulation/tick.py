@@ -147,7 +147,7 @@ def _structure(
         plant.robot.description.digest if plant.turning or plant.air or initial[0].imu else None,
         plant.air is not None,
         tuple(int(size) for size in (model.nq, model.nv, model.na, model.nhistory)),
-        tuple(part.tobytes() for part in (reading.found, reading.force, reading.position)),
+        tuple(part.tobytes() for part in vars(reading).values() if part is not None),
         window,
         dt,
     )
