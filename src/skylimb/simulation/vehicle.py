@@ -47,6 +47,7 @@ class SimulatedVehicle:
         acts: what acts on the plant before a tick's physics.
         faster: makes a function faster that is evaluated at every tick.
         advance: advances the physics.
+        added: what events add to the rows, a row a tick; the last one stays.
     """
 
     def __init__(
@@ -60,9 +61,10 @@ class SimulatedVehicle:
         acts: Sequence[Callable[[int], None]] = (),
         faster: Callable[[ca.Function], ca.Function] = lambda function: function,
         advance: Advance = mujoco.mj_step,
+        added: np.ndarray | None = None,
     ) -> None:
         check_measured_link(plant)
-        self._plant, self._data, self._rows = plant, data, rows
+        self._plant, self._data, self._rows, self._added = plant, data, rows, added
         self._acts, self._advance, self._tick = tuple(acts), advance, 0
         robot = plant.robot
         layout = Layout(zero_measurement(robot.n_joints, robot.n_vectoring, sensors.imu.on))
@@ -102,6 +104,8 @@ class SimulatedVehicle:
     def measure(self) -> Measurement:
         """What the sensors say at this tick."""
         self._row[:] = self._rows[self._tick % len(self._rows)]
+        if self._added is not None:
+            self._row += self._added[min(self._tick, len(self._added) - 1)]
         self._scaled[:] = self._scales[min(self._tick, len(self._scales) - 1)]
         self._sense[self._tick & 1].evaluate()
         # A copy, as a controller may keep what it has seen.
