@@ -93,6 +93,10 @@ SECONDS = 2.0
             ["joint at 1 s", "joint2 strength to 1 and to 0"],
         ),
         ([{"kind": "tick", "time": 1.0, "duration": 0.0}], ["events.0.duration = 0 s"]),
+        (
+            [{"kind": "push", "time": 1.0, "duration": 0.002, "force": [20.0, 0.0, 0.0]}],
+            ["events.0.duration = 0.002 s", "push at 1 s", "a control period of 0.005 s"],
+        ),
         ([{**WIND, "drag_area": 0.0}], ["events.0.drag_area = 0 m^2"]),
         (
             [{**WIND, "velocity": [60.0, 0.0, 0.0], "drag_area": 1.0}],

@@ -40,6 +40,7 @@ class Push(Event):
     ] = _ZERO
 
     on: ClassVar[Literal["controller", "plant"]] = "plant"
+    lasts: ClassVar[bool] = True
 
     def check(self) -> None:
         """Refuse a point without a link."""

@@ -27,6 +27,7 @@ class LateTicks(Event):
     ] = field(kw_only=True)
 
     on: ClassVar[Literal["controller", "plant"]] = "plant"
+    lasts: ClassVar[bool] = True
 
     @property
     def words(self) -> str:

@@ -122,6 +122,11 @@ def require_events(
                     f"events.{number}.{key} = {at:g} s: {event}, {event.words}, comes after the flight's end "
                     f"at {end:g} s"
                 )
+        if event.lasts and 0.0 < event.duration < context.period - 1e-9:
+            raise ConfigError(
+                f"events.{number}.duration = {event.duration:g} s: {event} lasts shorter than a control "
+                f"period of {context.period:g} s; it acts in whole ones"
+            )
         if id(event) not in asked:
             event.require(context)
     given: dict[tuple[str, float, str], Any] = {}

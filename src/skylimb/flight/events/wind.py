@@ -42,6 +42,7 @@ class Wind(Event):
     duration: Annotated[float, Key("s", "how long it blows", above=0.0, high=1e5)] = field(kw_only=True)
 
     on: ClassVar[Literal["controller", "plant"]] = "plant"
+    lasts: ClassVar[bool] = True
 
     def check(self) -> None:
         """Refuse wind that pushes harder than a push may."""
