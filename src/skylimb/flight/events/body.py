@@ -2,6 +2,9 @@
 
 A load is a mass at a point. Mass, centre of gravity and inertia of its link become those of both (Steiner),
 and so do the engine's sums of masses; what it scales its constraints by stays what it was at take-off.
+
+The record's tip, gap and centre of gravity go on being those of the robot that took off: a pen that is 30 mm
+shorter touches at a gap of -30 mm. Force and point of the contact are the true ones.
 """
 
 from __future__ import annotations
