@@ -84,7 +84,7 @@ class Guarded:
             CompiledController(inner, takeoff.period), takeoff.robot, limits=limits
         )
         simulated, rows = world(takeoff), takeoff.rows
-        vehicle = Blinded(simulated_vehicle(takeoff, simulated, rows.ticks), self.guard, begin, end)
+        vehicle = Blinded(simulated_vehicle(takeoff, simulated), self.guard, begin, end)
         driver = FreeDriver(self.guard, vehicle, takeoff.robot, takeoff.mission, len(rows))
         self.flight = Loop(driver, takeoff.mission, takeoff.experiment.terminations, takeoff.count).fly()
         self.position = self.flight.signal("configuration")[:, :3]

@@ -146,6 +146,11 @@ def test_a_plant_of_ones_own_is_driven_by_it_too() -> None:
             {"plant.wall_loss": 0.1, "surface.sway_amplitude": 0.01},
             "plant.wall_loss needs a surface that stands still; 'board' moves",
         ),
+        (
+            "paper",
+            {"plant.wall_pull": 0.1, "events": [{"kind": "surface", "time": 5.0, "present": False}]},
+            "surface at 5 s: surface away; but a surface that rotors feel",
+        ),
     ],
 )
 def test_nonsense_is_refused_by_name(name: str, given: dict[str, Any], message: str) -> None:

@@ -2,11 +2,14 @@
 
 from typing import Any
 
+import mujoco
 import numpy as np
 import pytest
 
 import skylimb
 from skylimb.base.errors import ConfigError
+from skylimb.flight.flying import fly_here
+from skylimb.flight.simulated_run import scored_run
 from skylimb.flight.takeoff import take_off
 from skylimb.simulation.tool import BALLS, CORNERS
 
@@ -45,9 +48,11 @@ def test_the_robot_is_the_described_one_and_the_scene_has_the_foot() -> None:
         ({"surface.static_ratio": 1.5}, "friction that varies"),
         ({"surface.sway_amplitude": 0.01, "surface.sway_frequency": 1.0}, "moves"),
         ({"events": [{"kind": "surface", "time": 5.0, "friction": 0.1}]}, "plant.foot"),
+        # As of a ball: a fifth of it is not what acts.
+        ({"surface.stiffness": 5e5}, "500000 N/m is too stiff for a time step"),
     ],
 )
-def test_what_the_loop_writes_for_one_ball_is_refused(given: dict[str, Any], why: str) -> None:
+def test_what_a_foot_or_the_time_step_cannot_do_is_refused(given: dict[str, Any], why: str) -> None:
     with pytest.raises(ConfigError, match=why):
         plant_of(**given)
 
@@ -61,3 +66,26 @@ def test_it_comes_to_lie_flat_and_carries_a_wanted_torque() -> None:
     np.testing.assert_allclose(-torque[1:], [0.1, -0.05], atol=0.1)
     # The plane leans by 0.087 rad about z and by 0.07 rad about y.
     np.testing.assert_allclose(np.abs(end.tip_turn.values[:, 1:].mean(axis=0)), [0.07, 0.087], atol=0.02)
+
+
+def test_the_torque_of_its_contact_is_that_of_all_its_balls() -> None:
+    """Friction turns a foot about its normal as well, a torque that no force at one point has."""
+    (takeoff,) = take_off("face_to_face", (None,), 0, QUICK | {"trajectory.duration": 8.0})
+    flight, model = fly_here(takeoff), takeoff.plant.model
+    log = scored_run(takeoff, flight).log
+    data, turning = mujoco.MjData(model), np.zeros(3)
+    ticks = np.flatnonzero(log.phase.values == 4)[-200:]
+    for k in ticks:
+        data.qpos[:], data.qvel[:] = (
+            flight.signal(name)[k] for name in ("configuration", "configuration_velocity")
+        )
+        angles = log.joint_angles_command.values[k], log.vectoring_angles_command.values[k]
+        data.act[:] = np.concatenate([log.thrusts.values[k], *angles])
+        mujoco.mj_forward(model, data)
+        for index, contact in enumerate(data.contact):
+            wrench = np.zeros(6)
+            mujoco.mj_contactForce(model, data, index, wrench)
+            turning += np.cross(contact.pos - data.subtree_com[1], contact.frame.reshape(3, 3).T @ wrench[:3])
+    mean = log.contact_torque.values[ticks].mean(axis=0)
+    np.testing.assert_allclose(mean, turning / len(ticks), atol=0.01)
+    assert np.abs(log.contact_couple.values[ticks].mean(axis=0)).max() > 0.015

@@ -78,7 +78,7 @@ def test_accelerations_with_turning_rotors_are_pinocchios() -> None:
         command = Command(commanded, mine.act[n : n + robot.n_joints], mine.act[n + robot.n_joints :])
         turns = np.concatenate([mine.qvel[3:6], mine.qvel[rates_at]])
         outputs = mine.qpos, mine.qvel, mine.act, mine.history
-        controls, forces, _ = drive(*outputs, numbers, scales, turns, *command)
+        controls, forces, _ = drive(*outputs, numbers, scales, 0.0, turns, *command)
         mine.ctrl[: n + m], mine.qfrc_applied[:] = (
             np.array(controls).ravel()[: n + m],
             np.array(forces).ravel(),

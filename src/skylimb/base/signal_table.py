@@ -117,6 +117,9 @@ SIGNALS: dict[str, SignalInfo] = {
     "contact_point": SignalInfo(
         _AXIS, "m", "W", "centre of the contact force since the last tick; NaN without force", "truth"
     ),
+    "contact_couple": SignalInfo(
+        _AXIS, "N m", "W", "torque about contact_point, of a foot's or peg's several touches", "truth"
+    ),
     "slip_speed": SignalInfo(
         _SCALAR, "m/s", "W", "speed of the tip along the surface while touching", "truth"
     ),

@@ -6,8 +6,6 @@ import functools
 import logging
 from contextlib import suppress
 
-import numpy as np
-
 from skylimb.base.errors import CompileError
 from skylimb.base.split_function import made_faster
 from skylimb.control.controller import Controller
@@ -95,23 +93,21 @@ def simulated_driver(
         tick = fastest_tick(takeoff, build)
         here = world.plant, world.data, rows, world.hooks, world.events.gains
         return CompiledDriver(tick, *here, advance=world.advance)
-    vehicle = simulated_vehicle(takeoff, world, rows.ticks, build)
+    vehicle = simulated_vehicle(takeoff, world, build)
     return FreeDriver(takeoff.controller, vehicle, world.plant.robot, takeoff.mission, len(rows))
 
 
-def simulated_vehicle(
-    takeoff: Takeoff, world: World, rows: np.ndarray, build: bool = True
-) -> SimulatedVehicle:
+def simulated_vehicle(takeoff: Takeoff, world: World, build: bool = True) -> SimulatedVehicle:
     """The flight's plant behind its sensors and actuators, for any controller; it applies plant events.
 
     Args:
         takeoff: gives sensors and period.
         world: the flight's plant and what acts on it.
-        rows: noise and ages of the measurements, one row a tick.
         build: whether there is time for a compiler; see `fastest`.
     """
     faster = functools.partial(fastest, build=build)
     sensors = takeoff.remembering
     scales = thrust_scales(rotor_scales(takeoff.plant.model, takeoff.robot.n_rotors), world.events.model)
-    here = world.plant, world.data, rows, sensors, takeoff.period, scales
-    return SimulatedVehicle(*here, world.hooks, faster, world.advance)
+    here = world.plant, world.data, takeoff.calm_rows.ticks, sensors, takeoff.period, scales
+    added = None if world.events.rows is None else world.events.rows.added
+    return SimulatedVehicle(*here, world.hooks, faster, world.advance, added)

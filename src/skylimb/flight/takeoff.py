@@ -85,14 +85,19 @@ class Takeoff(FlightPlan):
         return replace(sensors, latency=sensors.latency + older) if older else sensors
 
     @property
-    def fixed_rows(self) -> FlightRows:
-        """References and noise of the whole mission, whenever the flight is stopped."""
+    def calm_rows(self) -> FlightRows:
+        """References and noise of the whole mission, without what events do to the sensors."""
         experiment, events, robot = self.experiment, self.timeline(self.times), self.plant.robot
         before = self._of(rotor_scales, self.plant.model, robot.n_rotors)
         scales = self._of(thrust_scales, before, events.model)
         known = self.mission, experiment.sensors, experiment.seed, self.window
-        rows = self._of(flight_rows, robot, *known, scales)
-        return rows if events.rows is None else self._of(FlightRows.with_added, rows, events.rows.added)
+        return self._of(flight_rows, robot, *known, scales)
+
+    @property
+    def fixed_rows(self) -> FlightRows:
+        """References, noise and events of the whole mission, whenever the flight is stopped."""
+        rows, events = self.calm_rows, self.timeline(self.times).rows
+        return rows if events is None else self._of(FlightRows.with_added, rows, events.added)
 
     @property
     def rows(self) -> FlightRows:
@@ -159,6 +164,7 @@ def _require_takeoff(takeoff: Takeoff, known: Sequence[Event] = ()) -> None:
     experiment = takeoff.experiment
     context = takeoff.event_context._replace(plant=takeoff.plant)
     require_events(experiment.events, context, float(takeoff.times[-1]), known)
+    takeoff.timeline(takeoff.times)  # which refuses what only all events together make impossible
     if takeoff.own_plant is not None:
         require_own(takeoff.plant, takeoff.own_plant)
         require_applied(experiment.events, OWN_PLANT_KINDS, f"plant '{plant_name(takeoff.own_plant)}'")

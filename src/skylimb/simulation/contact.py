@@ -140,8 +140,8 @@ def add_contact_sensor(
 
     `samples` is the number of physics steps in a control tick: one `mj_step(model, data, nstep=samples)`
     then leaves all of the tick in `data.history`, oldest first (`ContactReading` says where). With
-    `whole_body` it is the force on the tip's whole body, at the centre of its parts; without a
-    `surface_geom` that of all it touches.
+    `whole_body` it is the force on the tip's whole body, at the centre of its parts, and the couple that
+    they leave there; without a `surface_geom` that of all it touches.
     """
     sensor = spec.add_sensor(
         name=SENSOR_NAME,
@@ -153,9 +153,11 @@ def add_contact_sensor(
         refname=spec.geom(tip_geom).parent.name if whole_body else tip_geom,
         nsample=samples,
     )
+    couple = (mujoco.mjtConDataField.mjCONDATA_TORQUE,) if whole_body else ()
     fields = (
         mujoco.mjtConDataField.mjCONDATA_FOUND,
         mujoco.mjtConDataField.mjCONDATA_FORCE,
+        *couple,
         mujoco.mjtConDataField.mjCONDATA_POS,
     )
     net_force = 3  # of the attribute reduce: none, mindist, maxforce, netforce
@@ -172,11 +174,14 @@ class ContactAverage:
         duty: fraction of the steps in which tip and surface overlapped, 0 to 1.
         position: (3,) centre of the force, m, world: the mean of the steps' contact points, each weighted
             with the magnitude of its force. NaN in a tick without force.
+        couple: (3,) mean torque on the robot besides that of the force at its points, N m, world axes; None
+            of a touch at one point, which has none.
     """
 
     force: Array
     duty: Any
     position: Array
+    couple: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -188,11 +193,13 @@ class ContactReading:
         force: (n, 3) indices of the force ON THE ROBOT, N, world axes.
         position: (n, 3) indices of the contact point, m, world; zero where no force acts (an overlap that
             opens fast enough for its damper to cancel its spring carries none).
+        couple: (n, 3) indices of the torque ON THE ROBOT about that point, N m, world axes; None of a ball.
     """
 
     found: np.ndarray
     force: np.ndarray
     position: np.ndarray
+    couple: np.ndarray | None = None
 
     @classmethod
     def of(cls, model: mujoco.MjModel) -> ContactReading:
@@ -205,7 +212,8 @@ class ContactReading:
         return cls(
             found=rows[:, 0],
             force=rows + np.arange(1, 4),
-            position=rows + np.arange(4, 7),
+            position=rows + np.arange(width - 3, width),
+            couple=rows + np.arange(4, 7) if width > 7 else None,
         )
 
     @property
@@ -219,8 +227,10 @@ class ContactReading:
         `history` is the whole buffer, as a NumPy array or as a CasADi column.
         """
         rate = 1.0 / self.samples
-        forces = [vector(*(history[int(i)] for i in row)) for row in self.force]
-        points = [vector(*(history[int(i)] for i in row)) for row in self.position]
+        forces, points, couples = (
+            [vector(*(history[int(i)] for i in row)) for row in rows]
+            for rows in (self.force, self.position, () if self.couple is None else self.couple)
+        )
         overlap = sum(where(history[int(i)] > 0.0, 1.0, 0.0) for i in self.found)
         # Weighted with the force, the mean force at the mean point has the steps' mean torque, as far as the
         # steps' forces are parallel. A step without force has no point, and no weight.
@@ -231,4 +241,5 @@ class ContactReading:
             force=sum(forces) * rate,
             duty=overlap * rate,
             position=moment / where(total > 0.0, total, math.nan),
+            couple=sum(couples) * rate if couples else None,
         )

@@ -113,7 +113,7 @@ class PlantSteps:
         data.act[servos] += h * controls[servos]
 
     def _checked(self, said: Any, time: float) -> dict[str, np.ndarray]:
-        """The truth as arrays of the right sizes, every number finite, the quaternion a unit one."""
+        """The truth as arrays of the right sizes, all finite, the quaternion a unit one of one sign."""
         where = f"{self._what} at t = {time:.4g} s"
         if not isinstance(said, Mapping):
             raise UserCodeError(f"{where} gives {type(said).__name__}, no dict with the truth by name")
@@ -140,5 +140,7 @@ class PlantSteps:
         length = float(np.linalg.norm(truth["root_quaternion"]))
         if abs(length - 1.0) > AS_ASKED:
             raise UserCodeError(f"{where} gives root_quaternion the length {length:.4g}; it is 1")
-        truth["root_quaternion"] /= length
+        # Of an attitude's two quaternions the one near the last: sensors interpolate in time.
+        memory, at = self._memory["root_quaternion"]
+        truth["root_quaternion"] /= np.copysign(length, truth["root_quaternion"] @ memory[at])
         return truth

@@ -21,6 +21,7 @@ from skylimb.simulation.plant import Plant
 from skylimb.simulation.rotors import RotorNumbers, momentum_forces, rotor_numbers, rotor_tick
 from skylimb.simulation.rows import TickRow
 from skylimb.simulation.sensors import SensorState, sense
+from skylimb.symbolic import where
 
 
 class PlantOutputs(NamedTuple):
@@ -56,6 +57,7 @@ def plant_signals(
 ) -> dict[str, Any]:
     """What is recorded whatever the controller: truth, measurement and command."""
     contact = plant.reading.average(outputs.history)
+    couple = {} if contact.couple is None else {"contact_couple": contact.couple}
     return {
         "configuration": outputs.qpos,
         "configuration_velocity": outputs.qvel,
@@ -67,6 +69,7 @@ def plant_signals(
         "contact_force": contact.force,
         "contact_duty": contact.duty,
         "contact_point": contact.position,
+        **couple,
     }
 
 
@@ -109,6 +112,7 @@ def drive_plant(
     command: Command,
     rotors: Any,
     scales: Any,
+    held: Any,
     before: Any,
     dt: float,
 ) -> Drive:
@@ -124,11 +128,15 @@ def drive_plant(
         command: of this tick.
         rotors: `plant_numbers`, flat.
         scales: thrust that acts over what the lag of each rotor gives, (n,).
+        held: 1 where the command does not come: thrusts and set points stay to the bit, and no rotor turns
+            the robot by a change of its speed.
         before: rates of root and joints at the tick before, as `initial_rates` begins them.
         dt: control period, s.
     """
-    controls = actuate(description, command, outputs.act, dt)
     forces, n = ca.SX(plant.model.nv, 1), plant.robot.n_rotors
+    now = Command(*ca.vertsplit(outputs.act, [0, n, n + plant.robot.n_joints, plant.model.na]))
+    command = Command(*(where(held > 0.5, stays, new) for stays, new in zip(now, command, strict=True)))
+    controls = actuate(description, command, outputs.act, dt)
     if plant.air is not None:
         air = Layout(plant.air)
         root, known = ca.vertcat(outputs.qpos[:7], outputs.qvel[:6]), air.unpack(rotors[-air.size :])
@@ -147,7 +155,8 @@ def drive_plant(
     middle = 1.5 * rates - 0.5 * before
     forces[turns] += momentum_forces(plant.robot, numbers, tick, outputs.qpos[plant.places], middle)
     signals = {"rotor_speeds": tick.speeds, "motor_torques": tick.motor_torques}
-    return Drive(ca.vertcat(tick.controls, controls[n:]), forces, signals, rates)
+    filtered = where(held > 0.5, now.thrusts, tick.controls)
+    return Drive(ca.vertcat(filtered, controls[n:]), forces, signals, rates)
 
 
 def initial_rates(plant: Plant) -> np.ndarray | tuple[()]:

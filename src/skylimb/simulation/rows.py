@@ -30,7 +30,8 @@ class TickRow(NamedTuple):
     Attributes:
         age: of the motion capture's frame, s.
         failure: of the sensors.
-        late: 1 where the controller comes too late, of which only a supervisor knows.
+        late: 1 where the controller comes too late, and a supervisor commands in its place.
+        held: 1 where it comes too late and nobody commands: rotors and servos stay as they are.
         imu_age: of what the IMU says, s.
         noise: errors of the sensors.
         thrust_scales: thrust that acts over what the lag of each rotor gives, (n,).
@@ -39,6 +40,7 @@ class TickRow(NamedTuple):
     age: Any
     failure: SensorFailure
     late: Any
+    held: Any
     imu_age: Any
     noise: SensorNoise
     thrust_scales: Any
@@ -48,7 +50,7 @@ def row_layout(robot: Robot) -> Layout[TickRow]:
     """Layout of a `TickRow` for this robot."""
     z3, nq, nv = np.zeros(3), robot.n_joints, robot.n_vectoring
     noise = SensorNoise(z3, z3, z3, z3, np.zeros(nq), np.zeros(nv))
-    return Layout(TickRow(0.0, no_failure(nq + nv), 0.0, 0.0, noise, np.ones(robot.n_rotors)))
+    return Layout(TickRow(0.0, no_failure(nq + nv), 0.0, 0.0, 0.0, noise, np.ones(robot.n_rotors)))
 
 
 @functools.lru_cache(maxsize=16)
@@ -108,7 +110,7 @@ def flight_rows(
     failure = SensorFailure(*(np.zeros((len(times), *np.shape(each))) for each in works))
     imu_ages = np.full(len(times), sensors.imu.latency)
     scales = np.broadcast_to(thrust_scales, (len(times), robot.n_rotors))
-    known = TickRow(frame_ages(sensors, times), failure, none, imu_ages, noise, scales)
+    known = TickRow(frame_ages(sensors, times), failure, none, none, imu_ages, noise, scales)
     ticks = pack_rows(row_layout(robot), known, len(times))
     return FlightRows(
         ticks, reference_table(mission, reference_layout(robot), window), len(mission.times) - 1

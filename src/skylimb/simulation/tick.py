@@ -147,7 +147,7 @@ def _structure(
         plant.robot.description.digest if plant.turning or plant.air or initial[0].imu else None,
         plant.air is not None,
         tuple(int(size) for size in (model.nq, model.nv, model.na, model.nhistory)),
-        tuple(part.tobytes() for part in (reading.found, reading.force, reading.position)),
+        tuple(part.tobytes() for part in vars(reading).values() if part is not None),
         window,
         dt,
     )
@@ -184,7 +184,7 @@ def _trace(
     controller_state, command, inner = traced.step(gain_layout.unpack(p), before, measurement, reference, dt)
     scales = known.thrust_scales
     limits = controller.robot.description
-    drive = drive_plant(plant, limits, outputs, command, rotors, scales, rates, dt)
+    drive = drive_plant(plant, limits, outputs, command, rotors, scales, known.held, rates, dt)
     shown = plant_signals(plant, outputs, scales, measurement, command)
     recorded = {**shown, **drive.signals, **inner}
     if window.paced:

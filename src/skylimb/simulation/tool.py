@@ -20,7 +20,12 @@ import numpy as np
 
 from skylimb.base.rotations import quaternion_from_rotation
 from skylimb.robots.description import Tip
-from skylimb.simulation.contact import add_contact_pair, effective_mass, tune_contact_pair
+from skylimb.simulation.contact import (
+    add_contact_pair,
+    effective_mass,
+    pair_compliance,
+    tune_contact_pair,
+)
 from skylimb.simulation.contact_keys import PAIR_NAME, TIP_GEOM, ContactParameters
 from skylimb.simulation.plant_config import Peg
 
@@ -112,8 +117,13 @@ def _add_peg(ball: mujoco.MjsGeom, tip: Tip, peg: Peg) -> None:
 
 
 def tune_tool(model: mujoco.MjModel, parameters: ContactParameters, foot: bool = False) -> None:
-    """Write the solver parameters of all pairs of the tool; those of a foot share the contact's stiffness."""
+    """Write the solver parameters of all pairs of the tool; those of a foot share the contact's stiffness.
+
+    Raises:
+        ConfigError: when the time step cannot carry the whole contact.
+    """
     if foot:
+        pair_compliance(model, parameters)  # flat, all of it acts at once
         parameters = dataclasses.replace(
             parameters,
             stiffness=parameters.stiffness / BALLS,

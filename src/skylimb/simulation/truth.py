@@ -173,6 +173,8 @@ def contact_truth(
     lever = flight.signal("contact_point") - moved.cog_position
     # A tick without force has no point, and no torque.
     torque = np.where(np.isnan(lever), 0.0, np.cross(lever, force))
+    if "contact_couple" in flight.layout.slices:  # of a tool that touches in several places
+        torque = torque + flight.signal("contact_couple")
     radius = plant.robot.description.tip.radius
     return {
         "contact_normal": surface.normal(moved.tip_position, times),

@@ -47,6 +47,7 @@ class SimulatedVehicle:
         acts: what acts on the plant before a tick's physics.
         faster: makes a function faster that is evaluated at every tick.
         advance: advances the physics.
+        added: what events add to the rows, a row a tick; the last one stays.
     """
 
     def __init__(
@@ -60,9 +61,10 @@ class SimulatedVehicle:
         acts: Sequence[Callable[[int], None]] = (),
         faster: Callable[[ca.Function], ca.Function] = lambda function: function,
         advance: Advance = mujoco.mj_step,
+        added: np.ndarray | None = None,
     ) -> None:
         check_measured_link(plant)
-        self._plant, self._data, self._rows = plant, data, rows
+        self._plant, self._data, self._rows, self._added = plant, data, rows, added
         self._acts, self._advance, self._tick = tuple(acts), advance, 0
         robot = plant.robot
         layout = Layout(zero_measurement(robot.n_joints, robot.n_vectoring, sensors.imu.on))
@@ -81,14 +83,16 @@ class SimulatedVehicle:
         record, self._layout = _recorder(plant, layout, dt)
         self._signals, rotors = np.zeros(self._layout.size), plant_numbers(plant, dt)
         self._scales, self._scaled = scales, scales[0].copy()
+        held = self._row[row_layout(robot).slices["held"]]
         self._rates = np.array(initial_rates(plant))
         self._next_rates = self._rates.copy()
+        driven = *outputs, rotors, self._scaled, held
         self._record = BoundFunction(
-            faster(record), (*outputs, rotors, self._scaled, self._measured, *self._command), (self._signals,)
+            faster(record), (*driven, self._measured, *self._command), (self._signals,)
         )
         self._actuate = BoundFunction(
             faster(actuator_function(plant, dt)),
-            (*outputs, rotors, self._scaled, self._rates, *self._command),
+            (*driven, self._rates, *self._command),
             (data.ctrl, data.qfrc_applied, self._next_rates),
         )
 
@@ -100,6 +104,8 @@ class SimulatedVehicle:
     def measure(self) -> Measurement:
         """What the sensors say at this tick."""
         self._row[:] = self._rows[self._tick % len(self._rows)]
+        if self._added is not None:
+            self._row += self._added[min(self._tick, len(self._added) - 1)]
         self._scaled[:] = self._scales[min(self._tick, len(self._scales) - 1)]
         self._sense[self._tick & 1].evaluate()
         # A copy, as a controller may keep what it has seen.
@@ -138,20 +144,20 @@ def _command_sizes(plant: Plant) -> tuple[int, int, int]:
 
 
 def actuator_function(plant: Plant, dt: float) -> ca.Function:
-    """(plant's outputs, `plant_numbers`, thrust scales, rates before, command) -> controls, forces, rates."""
-    outputs, rotors, scales, rates, command = _driven(plant, dt)
-    drive = drive_plant(plant, plant.robot.description, outputs, command, rotors, scales, rates, dt)
+    """(outputs, rotors, scales, held, rates before, command) -> controls, forces, rates: `drive_plant`."""
+    outputs, rotors, scales, held, rates, command = _driven(plant, dt)
+    drive = drive_plant(plant, plant.robot.description, outputs, command, rotors, scales, held, rates, dt)
     results = [ca.densify(ca.vertcat(part)) for part in (drive.controls, drive.joint_forces, drive.rates)]
-    return ca.Function("actuate", [*outputs, rotors, scales, rates, *command], results, {"cse": True})
+    return ca.Function("actuate", [*outputs, rotors, scales, held, rates, *command], results, {"cse": True})
 
 
-def _driven(plant: Plant, dt: float) -> tuple[PlantOutputs, ca.SX, ca.SX, ca.SX, Command]:
+def _driven(plant: Plant, dt: float) -> tuple[PlantOutputs, ca.SX, ca.SX, ca.SX, ca.SX, Command]:
     """Symbols of all that a plant is driven by."""
     rotors = ca.SX.sym("rotors", plant_numbers(plant, dt).size)
-    scales = ca.SX.sym("scales", plant.robot.n_rotors)
+    scales, held = ca.SX.sym("scales", plant.robot.n_rotors), ca.SX.sym("held")
     rates = ca.SX.sym("rates", len(initial_rates(plant)))
     command = Command(*map(ca.SX.sym, Command._fields, _command_sizes(plant)))
-    return symbolic_outputs(plant.model), rotors, scales, rates, command
+    return symbolic_outputs(plant.model), rotors, scales, held, rates, command
 
 
 def _sensors(
@@ -173,13 +179,13 @@ def _sensors(
 
 def _recorder(plant: Plant, measurements: Layout[Measurement], dt: float) -> tuple[ca.Function, Layout[Any]]:
     """What is recorded whatever the controller, as a function of plant, measurement and command."""
-    outputs, rotors, scales, rates, command = _driven(plant, dt)
+    outputs, rotors, scales, held, rates, command = _driven(plant, dt)
     measured = ca.SX.sym("measured", measurements.size)
     recorded = plant_signals(plant, outputs, scales, measurements.unpack(measured), command)
     limits = plant.robot.description
-    recorded |= drive_plant(plant, limits, outputs, command, rotors, scales, rates, dt).signals
+    recorded |= drive_plant(plant, limits, outputs, command, rotors, scales, held, rates, dt).signals
     layout = Layout(recorded)
     function = ca.Function(
-        "record", [*outputs, rotors, scales, measured, *command], [ca.densify(layout.pack(recorded))]
+        "record", [*outputs, rotors, scales, held, measured, *command], [ca.densify(layout.pack(recorded))]
     )
     return function, layout

@@ -36,6 +36,7 @@ GAIN = {"kind": "gain", "time": 1.0, "key": KEY, "value": 2.0}
 PUSH = {"kind": "push", "time": 1.0, "duration": 0.2, "force": [0.0, 1.0, 0.0]}
 SURFACE = {"kind": "surface", "time": 1.0, "friction": 0.2}
 ROTOR = {"kind": "rotor", "time": 1.0, "rotor": "rotor2", "effectiveness": 0.5}
+LOST = {"kind": "body", "time": 1.0, "mass": -0.6, "point": [0.3, 0.0, 0.0]}
 JOINT = {"kind": "joint", "time": 1.0, "joint": "joint2", "strength": 0.0}
 WIND = {"kind": "wind", "time": 1.0, "duration": 0.5, "velocity": [0.0, 5.0, 0.0]}
 ENCODER = {"kind": "sensor", "time": 1.0, "joint": "joint1", "offset": 0.1}
@@ -92,6 +93,10 @@ SECONDS = 2.0
             ["joint at 1 s", "joint2 strength to 1 and to 0"],
         ),
         ([{"kind": "tick", "time": 1.0, "duration": 0.0}], ["events.0.duration = 0 s"]),
+        (
+            [{"kind": "push", "time": 1.0, "duration": 0.002, "force": [20.0, 0.0, 0.0]}],
+            ["events.0.duration = 0.002 s", "push at 1 s", "a control period of 0.005 s"],
+        ),
         ([{**WIND, "drag_area": 0.0}], ["events.0.drag_area = 0 m^2"]),
         (
             [{**WIND, "velocity": [60.0, 0.0, 0.0], "drag_area": 1.0}],
@@ -107,7 +112,15 @@ SECONDS = 2.0
         ([{**ENCODER, "capture": "gone"}], ["events.0.capture", "'lost'"]),
         ([{"kind": "body", "time": 1.0}], ["events.0.mass", "changes nothing"]),
         ([{"kind": "body", "time": 1.0, "mass": -1.5}], ["body at 1 s", "mass = -1.5 kg leaves -"]),
+        (
+            [{**LOST, "time": 1.2}, LOST],
+            ["body at 1.2 s", "mass = -0.6 kg leaves -"],
+        ),
         ([{"kind": "body", "time": 1.0, "pen": 0.7}], ["body at 1 s", "pen = 0.7 m is more than link4"]),
+        (
+            [{"kind": "body", "time": 1.0, "pen": 0.4}, {"kind": "body", "time": 1.2, "pen": 0.4}],
+            ["body at 1.2 s", "pen = 0.4 m, after 0.4 m before, is more than link4"],
+        ),
     ],
 )
 def test_what_cannot_be_is_refused_by_name_soon_and_nothing_is_written(
@@ -201,24 +214,6 @@ def test_a_seed_draws_when_an_event_begins_and_the_run_says_when() -> None:
     assert [one.time for one in events_of(run.log)] == list(pairs[0])
     again = events_from_mapping(tomllib.loads(run.config)["events"], "the run")
     assert [(event.time, event.latest) for event in again] == [(time, None) for time in pairs[0]]
-
-
-def test_of_two_kinds_that_change_one_number_each_has_its_own_ticks() -> None:
-    """Frozen commands stop every servo, but for the one that runs away by itself."""
-    events = [{**JOINT, "strength": None, "speed": 0.3}, {"kind": "tick", "time": 0.5, "duration": 0.2}]
-    events.append({**events[1], "time": 1.0})
-    (takeoff,) = take_off("paper", ("following",), set={**HOLD, "supervisor.on": False, "events": events})
-    rows, model = takeoff.timeline(takeoff.times).model, takeoff.plant.model
-    assert rows is not None
-    places = {(place.field, model.actuator(place.row).name): place for place in rows.places}
-    assert len(places) == len(rows.places)
-
-    def highest(joint: str) -> list[float]:
-        column = places["actuator_ctrlrange", joint].column + 1
-        return [rows.values[int(np.searchsorted(takeoff.times, at)), column] for at in (0.4, 0.6, 0.8, 1.1)]
-
-    assert highest("joint2") == [0.5, 0.0, 0.5, 0.3]
-    assert highest("joint1") == [0.5, 0.0, 0.5, 0.0]
 
 
 def test_events_survive_the_way_through_their_tables() -> None:

@@ -51,6 +51,18 @@ def test_forces_slip_and_work(surface):
     assert all(start < 0.2 for start, _ in gaps)  # none once it has settled
 
 
+def test_friction_takes_as_much_where_every_second_tick_touches():
+    """A tip at 0.1 m/s that drags with 0.5 N in every second tick."""
+    count, surface = 20, Board()
+    touching = np.arange(count) % 2 == 0
+    u = surface.R_WS[:, 1]
+    force, tip = np.outer(touching, -0.5 * u), np.tile(surface.position, (count, 1))
+    velocity, times = np.tile(0.1 * u, (count, 1)), TICK * np.arange(count)
+    record = record_contact(surface, times, force, touching.astype(float), tip, velocity)
+    assert record["friction_work"][-1] == pytest.approx(0.5 * 0.1 * TICK * touching.sum(), rel=1e-12)
+    assert not record["slip_velocity"][~touching].any()
+
+
 def test_the_trace_is_as_long_as_the_way_on_the_surface():
     surface = SineWall()
     record, _ = slide(surface, 1.0, 0.13, 3.0)

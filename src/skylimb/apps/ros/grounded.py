@@ -52,7 +52,7 @@ class GroundedPlant:
         if angles is not None:
             self._data.qpos[here.plant.places] = angles
             self._data.act[self._servos] = angles
-        self._vehicle = simulated_vehicle(takeoff, here, takeoff.rows.ticks)
+        self._vehicle = simulated_vehicle(takeoff, here)
         self._root = self._model.body(takeoff.robot.description.root).id
         self._stands: np.ndarray | None = np.array(self._data.qpos[0:7])
 

@@ -2,6 +2,9 @@
 
 A load is a mass at a point. Mass, centre of gravity and inertia of its link become those of both (Steiner),
 and so do the engine's sums of masses; what it scales its constraints by stays what it was at take-off.
+
+The record's tip, gap and centre of gravity go on being those of the robot that took off: a pen that is 30 mm
+shorter touches at a gap of -30 mm. Force and point of the contact are the true ones.
 """
 
 from __future__ import annotations
@@ -61,22 +64,27 @@ class BodyChange(Event):
         return " and ".join(said)
 
     def require(self, context: EventContext) -> None:
-        """The robot has such a link, of which enough is left, and a pen that is longer."""
+        """The robot has such a link, and a pen that is longer; `effect` asks what is left of each."""
         require_known("link of a load", self.link, [body.name for body in context.robot.bodies])
         if self.pen and context.touches != "ball":
             raise ConfigError(f"{self}: a {context.touches}, plant.{context.touches}, does not break off")
-        tip = context.robot.description.tip
-        name, xyz, R = _carrier(context.robot, tip.link)
-        if self.pen and self.pen >= np.linalg.norm(xyz + R @ tip.position):
-            raise ConfigError(f"{self}: pen = {self.pen:g} m is more than {name} is long")
-        if context.plant is not None:
-            left = context.plant.model.body(self.link or name).mass[0] + self.mass
-            if left <= 0.0:
-                raise ConfigError(f"{self}: mass = {self.mass:g} kg leaves {left:g} kg of the link")
+        self._require_pen(context.robot, 0.0)
+
+    def _require_pen(self, robot: Robot, shorter: float) -> None:
+        """The pen, which is `shorter` already (m), is longer than what breaks off."""
+        tip = robot.description.tip
+        name, xyz, R = _carrier(robot, tip.link)
+        if self.pen and shorter + self.pen >= np.linalg.norm(xyz + R @ tip.position):
+            before = f", after {shorter:g} m before," if shorter else ""
+            raise ConfigError(f"{self}: pen = {self.pen:g} m{before} is more than {name} is long")
 
     @classmethod
     def effect(cls, events: Sequence[BodyChange], context: EventContext, times: np.ndarray) -> ModelRows:
-        """Inertia of each link that changes, masses above it, and the tip's place."""
+        """Inertia of each link that changes, masses above it, and the tip's place.
+
+        Raises:
+            ConfigError: when nothing is left of a link or of the pen.
+        """
         assert context.plant is not None
         model, tip = context.plant.model, context.robot.description.tip
         name, xyz, R = _carrier(context.robot, tip.link)
@@ -87,7 +95,10 @@ class BodyChange(Event):
         fields += [("body_subtreemass", body, 1) for body in carriers]
         fields += [("geom_pos", model.geom(TIP_GEOM).id, 3), ("site_pos", model.site(TIP_SITE).id, 3)]
         rows = ModelRows.untouched(model, fields, times)
+        shorter = 0.0
         for one, body in sorted(zip(events, ids, strict=True), key=lambda pair: pair[0].time):
+            one._require_pen(context.robot, shorter)
+            shorter += one.pen
             after = rows.values[one.lasting(times)]
             if not len(after):
                 continue
@@ -95,7 +106,7 @@ class BodyChange(Event):
                 first = _WIDTH * which.index(body)
                 own = slice(first, first + _WIDTH)
                 point = np.array(one.point) if one.link else xyz + R @ one.point
-                after[:, own] = _loaded(after[0, own], one.mass, point)
+                after[:, own] = _loaded(one, after[0, own], point)
             for above in _above(model, body):
                 after[:, _WIDTH * len(which) + carriers.index(above)] += one.mass
             after[:, -6:] -= np.tile(one.pen * R @ tip.along, 2)
@@ -116,10 +127,12 @@ def _above(model: mujoco.MjModel, body: int) -> list[int]:
     return found
 
 
-def _loaded(numbers: np.ndarray, mass: float, point: np.ndarray) -> np.ndarray:
-    """Mass, centre, axes and inertia of a body (the engine's 11 numbers) with a point mass more."""
-    own, centre, axes = numbers[0], numbers[1:4], rotation_from_quaternion(numbers[4:8])
+def _loaded(one: BodyChange, numbers: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """Mass, centre, axes and inertia of a body (the engine's 11 numbers) with the event's load at a point."""
+    mass, own, centre, axes = one.mass, numbers[0], numbers[1:4], rotation_from_quaternion(numbers[4:8])
     total = own + mass
+    if total <= 0.0:
+        raise ConfigError(f"{one}: mass = {mass:g} kg leaves {total:.4g} kg of the link")
     common = (own * centre + mass * point) / total
     inertia = axes @ np.diag(numbers[8:11]) @ axes.T
     for part, at in ((own, centre), (mass, point)):

@@ -63,6 +63,9 @@ class Event(abc.ABC):
     on: ClassVar[Literal["controller", "plant"]]
     """What it changes: numbers of the controller, which every driver has, or the simulated plant."""
 
+    lasts: ClassVar[bool] = False
+    """Whether its duration is how long it acts, in whole control periods; else how long a change takes."""
+
     def check(self) -> None:
         """Refuse a last onset that comes before the first."""
         if self.latest is not None and self.latest < self.time:

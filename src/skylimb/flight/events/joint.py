@@ -37,6 +37,7 @@ class JointFault(Event):
     )
 
     on: ClassVar[Literal["controller", "plant"]] = "plant"
+    lasts: ClassVar[bool] = True
 
     def check(self) -> None:
         """Refuse a fault that changes nothing."""

@@ -29,7 +29,10 @@ class Push(Event):
     """The robot is pushed; what acts at the same time adds up."""
 
     kind: Literal["push"] = field(default="push", kw_only=True)
-    duration: Annotated[float, Key("s", "how long it lasts", above=0.0, high=1e5)] = field(kw_only=True)
+    duration: Annotated[
+        float,
+        Key("s", "how long it lasts: it acts in the control periods that begin then", above=0.0, high=1e5),
+    ] = field(kw_only=True)
     force: Annotated[Vector, Key("N", "force in W", low=-STRONGEST, high=STRONGEST)] = _ZERO
     torque: Annotated[Vector, Key("N m", "torque in W", low=-50.0, high=50.0)] = _ZERO
     link: Annotated[
@@ -40,6 +43,7 @@ class Push(Event):
     ] = _ZERO
 
     on: ClassVar[Literal["controller", "plant"]] = "plant"
+    lasts: ClassVar[bool] = True
 
     def check(self) -> None:
         """Refuse a point without a link."""

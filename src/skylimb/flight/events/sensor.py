@@ -65,6 +65,7 @@ class SensorFault(Event):
     )
 
     on: ClassVar[Literal["controller", "plant"]] = "plant"
+    lasts: ClassVar[bool] = True
 
     def check(self) -> None:
         """Refuse a fault that changes nothing."""

@@ -100,6 +100,12 @@ class SurfaceChange(Event):
             raise ConfigError(
                 f"{self}: a surface that moves by itself cannot be moved or tilted in flight as well"
             )
+        air = context.plant.air if context.plant is not None else None
+        if self.moves and air is not None and (air.loss or air.pull):
+            raise ConfigError(
+                f"{self}: {self.words}; but a surface that rotors feel (plant.wall_loss, plant.wall_pull) "
+                "stays where it is"
+            )
         named = next((name for name in changed if name != "present"), "")
         if surface.friction_varies and named:
             why = "a friction_map" if surface.friction_map else "a static_ratio"

@@ -13,11 +13,8 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 
 from skylimb.base.keys import Key, configuration
-from skylimb.flight.events.event import Event, EventContext, ModelRows, TickRows
+from skylimb.flight.events.event import Event, EventContext, TickRows
 from skylimb.simulation.rows import row_layout
-
-_NEVER = 1e30
-"""A rotor of this time constant keeps its thrust to the bit, s."""
 
 
 @configuration
@@ -30,6 +27,7 @@ class LateTicks(Event):
     ] = field(kw_only=True)
 
     on: ClassVar[Literal["controller", "plant"]] = "plant"
+    lasts: ClassVar[bool] = True
 
     @property
     def words(self) -> str:
@@ -40,23 +38,10 @@ class LateTicks(Event):
         """Every robot has commands."""
 
     @classmethod
-    def effect(
-        cls, events: Sequence[LateTicks], context: EventContext, times: np.ndarray
-    ) -> ModelRows | TickRows:
-        """The rotors' time constants and the servos' speed limits, or what a supervisor is told."""
-        robot, rotors, late = context.robot, context.robot.n_rotors, [one.lasting(times) for one in events]
-        if context.supervised:
-            layout = row_layout(robot)
-            added = np.zeros((len(times), layout.size))
-            for ticks in late:
-                added[ticks, layout.slices["late"]] = 1.0
-            return TickRows(added)
-        assert context.plant is not None
-        servos = range(rotors, rotors + robot.n_joints + robot.n_vectoring)
-        fields = [("actuator_dynprm", index, 1) for index in range(rotors)]
-        fields += [("actuator_ctrlrange", index, 2) for index in servos]
-        rows = ModelRows.untouched(context.plant.model, fields, times)
-        for ticks in late:
-            rows.values[ticks, :rotors] = _NEVER
-            rows.values[ticks, rotors:] = 0.0
-        return rows
+    def effect(cls, events: Sequence[LateTicks], context: EventContext, times: np.ndarray) -> TickRows:
+        """What a supervisor is told; without one the plant keeps what it was told last."""
+        layout = row_layout(context.robot)
+        added = np.zeros((len(times), layout.size))
+        for one in events:
+            added[one.lasting(times), layout.slices["late" if context.supervised else "held"]] = 1.0
+        return TickRows(added)

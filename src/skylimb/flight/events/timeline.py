@@ -33,7 +33,7 @@ _KINDS = (
     SensorFault,
 )
 EVENTS: dict[str, type[Event]] = {cls.kind: cls for cls in _KINDS}
-"""Every kind of event by its name in `[[events]]`; what two change of one number is the later kind's."""
+"""Every kind of event by its name in `[[events]]`; no two kinds write the same number of the model."""
 
 ALL_KINDS = frozenset(EVENTS)
 """What a driver can apply that has controller and simulated plant at hand."""
@@ -82,7 +82,7 @@ def timeline(events: Sequence[Event], context: EventContext, times: np.ndarray) 
         effect = cls.effect(own, context, times)
         found = Timeline(
             effect if isinstance(effect, GainRows) else found.gains,
-            _beside(found.model, effect, context) if isinstance(effect, ModelRows) else found.model,
+            _beside(found.model, effect) if isinstance(effect, ModelRows) else found.model,
             _summed(found.rows, effect) if isinstance(effect, TickRows) else found.rows,
             (*found.wrenches, *effect) if isinstance(effect, tuple) else found.wrenches,
         )
@@ -94,23 +94,13 @@ def _summed(first: TickRows | None, second: TickRows) -> TickRows:
     return second if first is None else TickRows(first.added + second.added)
 
 
-def _beside(first: ModelRows | None, second: ModelRows, context: EventContext) -> ModelRows:
+def _beside(first: ModelRows | None, second: ModelRows) -> ModelRows:
     """Numbers of two kinds of events in one table."""
     if first is None:
         return second
-    assert context.plant is not None
-    width, values = first.values.shape[1], second.values.copy()
-    before = {place[:3]: place.column for place in first.places}
-    for place in second.places:
-        column = before.pop(place[:3], None)
-        if column is not None:  # what the second leaves alone is the first's
-            own = slice(place.column, place.column + place.entries)
-            untouched = np.ravel(getattr(context.plant.model, place.field)[place.row])[: place.entries]
-            other = first.values[:, column : column + place.entries]
-            values[:, own] = np.where(values[:, own] == untouched, other, values[:, own])
-    kept = tuple(place for place in first.places if place[:3] in before)
+    width = first.values.shape[1]
     moved = (place._replace(column=place.column + width) for place in second.places)
-    return ModelRows((*kept, *moved), np.hstack([first.values, values]))
+    return ModelRows((*first.places, *moved), np.hstack([first.values, second.values]))
 
 
 def require_events(
@@ -132,6 +122,11 @@ def require_events(
                     f"events.{number}.{key} = {at:g} s: {event}, {event.words}, comes after the flight's end "
                     f"at {end:g} s"
                 )
+        if event.lasts and 0.0 < event.duration < context.period - 1e-9:
+            raise ConfigError(
+                f"events.{number}.duration = {event.duration:g} s: {event} lasts shorter than a control "
+                f"period of {context.period:g} s; it acts in whole ones"
+            )
         if id(event) not in asked:
             event.require(context)
     given: dict[tuple[str, float, str], Any] = {}

@@ -4,7 +4,8 @@
 
 acts at the centre of gravity, with the wind w, the density rho of air at sea level,
 and the robot's drag area Cd A. A gust rises and falls as one minus a cosine, the discrete gust of
-MIL-F-8785C. The robot's own speed, some tenths of a metre a second, is left out beside the wind's. The drag
+MIL-F-8785C. The robot's own speed, some tenths of a metre a second, is left out beside the wind's.
+The rotors' own drag (`plant.rotor_drag`) is that of air at rest. The drag
 area that stands here is that of four tubes of 0.6 m by 30 mm across the wind, each with the 1.2 of a long
 cylinder (Hoerner, Fluid-Dynamic Drag, 1965).
 """
@@ -41,6 +42,7 @@ class Wind(Event):
     duration: Annotated[float, Key("s", "how long it blows", above=0.0, high=1e5)] = field(kw_only=True)
 
     on: ClassVar[Literal["controller", "plant"]] = "plant"
+    lasts: ClassVar[bool] = True
 
     def check(self) -> None:
         """Refuse wind that pushes harder than a push may."""

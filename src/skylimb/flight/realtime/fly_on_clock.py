@@ -58,7 +58,7 @@ def fly_on_clock(
     guard = guarded_controller(takeoff, clock, limits)
     mission, rows, simulated = takeoff.mission, takeoff.rows, world(takeoff)
     with without_timer():
-        vehicle = simulated_vehicle(takeoff, simulated, rows.ticks)
+        vehicle = simulated_vehicle(takeoff, simulated)
         driver = FreeDriver(guard, vehicle, simulated.plant.robot, mission, len(rows), simulated.events.gains)
         loop = Loop(driver, mission, takeoff.experiment.terminations, takeoff.count)
         driver.prepare(guard.rehearsed(driver.first, takeoff.period))

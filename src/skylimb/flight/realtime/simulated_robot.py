@@ -51,12 +51,13 @@ class SimulatedRobot:
     """
 
     def __init__(self, takeoff: Takeoff, link: ServedLink) -> None:
-        # Whoever controls it may take longer than the mission: to wait, and to land. The noise comes again.
+        # Whoever controls it may take longer than the mission: to wait, and to land. The noise comes again
+        # then; events do not.
         self._rows = len(takeoff.rows) + round(LONGER / takeoff.period)
         simulated = world(takeoff, np.arange(self._rows) * takeoff.period)
         self._period, self._link, self._names = takeoff.period, link, Names(takeoff.robot)
         self.flown = self._seq = 0
-        self._vehicle = simulated_vehicle(takeoff, simulated, takeoff.rows.ticks)
+        self._vehicle = simulated_vehicle(takeoff, simulated)
         self._measurement = self._vehicle.measure()
         self._command: Command | None = None
         self._data = simulated.data

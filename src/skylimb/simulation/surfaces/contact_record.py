@@ -33,20 +33,19 @@ def record_contact(
     touching = duty > 0.0
     normal = surface.normal(tip, time)
     relative = tip_velocity - surface.velocity(time)
-    slip = relative - np.sum(relative * normal, axis=1, keepdims=True) * normal
-    slip = np.where(touching[:, None], slip, 0.0)
+    along = relative - np.sum(relative * normal, axis=1, keepdims=True) * normal
     pressing = np.sum(force * normal, axis=1)
     tangential = force - pressing[:, None] * normal
     tick = float(time[1] - time[0]) if len(time) > 1 else 0.0
-    # The force is a mean over the tick, so the slip is taken at the tick's middle.
-    middle = np.concatenate([0.5 * (slip[1:] + slip[:-1]), slip[-1:]])
+    # The force is a mean over the tick, so the slip is taken at the tick's middle, also of the last touch.
+    middle = np.concatenate([0.5 * (along[1:] + along[:-1]), along[-1:]])
     taken = np.maximum(-np.sum(tangential * middle, axis=1), 0.0) * tick
     trace = np.stack(surface.trace(tip, time), axis=1)
     return {
         "normal": normal,
         "normal_force": pressing,
         "tangential_force": tangential,
-        "slip_velocity": slip,
+        "slip_velocity": np.where(touching[:, None], along, 0.0),
         "friction_work": np.cumsum(taken),
         "trace": np.where(touching[:, None], trace, np.nan),
     }

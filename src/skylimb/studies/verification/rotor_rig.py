@@ -100,10 +100,10 @@ class RotorRig:
         command = [np.broadcast_to(thrusts, sizes[0]).astype(float), *map(np.zeros, sizes[1:])]
         rates = data.qvel[3:].copy()  # as if it had moved like this before
         after, numbers = rates.copy(), plant_numbers(plant, PERIOD)
-        scales = rotor_scales(plant.model, sizes[0])
+        scales, held = rotor_scales(plant.model, sizes[0]), np.zeros(1)
         drive = BoundFunction(
             actuator_function(plant, PERIOD),
-            (data.qpos, data.qvel, data.act, data.history, numbers, scales, rates, *command),
+            (data.qpos, data.qvel, data.act, data.history, numbers, scales, held, rates, *command),
             (data.ctrl, data.qfrc_applied, after),
         )
         found = []
