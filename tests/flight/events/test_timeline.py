@@ -116,6 +116,14 @@ SECONDS = 2.0
             [{**LOST, "time": 1.2}, LOST],
             ["body at 1.2 s", "mass = -0.6 kg leaves -"],
         ),
+        (
+            [{"kind": "body", "time": 1.0, "link": "link1", "mass": -0.1}],
+            [
+                "body at 1 s",
+                "mass = -0.1 kg at [0.0, 0.0, 0.0] m is more than the link has there",
+                "no body has",
+            ],
+        ),
         ([{"kind": "body", "time": 1.0, "pen": 0.7}], ["body at 1 s", "pen = 0.7 m is more than link4"]),
         (
             [{"kind": "body", "time": 1.0, "pen": 0.4}, {"kind": "body", "time": 1.2, "pen": 0.4}],

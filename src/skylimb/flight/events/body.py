@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 _INERTIAL = ("body_mass", 1), ("body_ipos", 3), ("body_iquat", 4), ("body_inertia", 3)
 _WIDTH = sum(entries for _, entries in _INERTIAL)
+_ROUNDED = 1e-6
+"""By which the largest moment of inertia of a thin rod may be more than the sum of the others."""
 
 
 @configuration
@@ -139,5 +141,11 @@ def _loaded(one: BodyChange, numbers: np.ndarray, point: np.ndarray) -> np.ndarr
         away = at - common
         inertia = inertia + part * (away @ away * np.eye(3) - np.outer(away, away))
     moments, axes = np.linalg.eigh(inertia)
+    if moments[0] <= 0.0 or moments[2] > (1.0 + _ROUNDED) * (moments[0] + moments[1]):
+        raise ConfigError(
+            f"{one}: mass = {mass:g} kg at {list(one.point)} m is more than the link has there: it leaves "
+            f"principal moments of inertia of {', '.join(f'{moment:.3g}' for moment in moments)} kg m^2, "
+            "which no body has"
+        )
     axes[:, 2] *= np.sign(np.linalg.det(axes))
     return np.concatenate([[total], common, quaternion_from_rotation(axes), moments])
