@@ -14,7 +14,7 @@
 #
 # Another Python (3.11 or newer): make demo PYTHON=/path/to/python
 
-find_python = for p in python3.11 python3.12 python3.13 python3 python; do \
+find_python = for p in python3.11 python3.12 python3.13 python3.14 python3 python; do \
 	  $$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1 && echo $$p && break; done
 PYTHON ?= $(shell $(find_python))
 

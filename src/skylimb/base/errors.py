@@ -9,6 +9,7 @@ from __future__ import annotations
 import difflib
 import importlib
 import os
+import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -80,6 +81,9 @@ EXTRAS = {
 }
 """Packages that an extra of skylimb installs, as Python imports them; SciPy comes with several."""
 
+LAST_PYTHON = {"cyclonedds": (3, 13)}
+"""The last Python that a package has wheels for, where there are later ones."""
+
 
 def first_line(error: Exception) -> str:
     """The first line of what an error says, or its kind where it says nothing."""
@@ -92,6 +96,12 @@ def missing_extra(package: str) -> MissingExtraError:
     Args:
         package: as Python imports it.
     """
+    here, last = sys.version_info[:2], LAST_PYTHON.get(package, sys.version_info[:2])
+    if here > last:
+        return MissingExtraError(
+            f"'{package}' is not installed: it has wheels for Python {last[0]}.{last[1]} and older, "
+            f"and this is {here[0]}.{here[1]}"
+        )
     extra = next(extra for extra, packages in EXTRAS.items() if package in packages)
     return MissingExtraError(f"'{package}' is not installed: pip install 'skylimb[{extra}]'")
 

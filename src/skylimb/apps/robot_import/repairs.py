@@ -52,8 +52,9 @@ def repair(tree: UrdfTree, roles: Roles, *, mend: bool = False) -> list[Doubt]:
     """
     doubts: list[Doubt] = []
     welded = sum(tree.mass(name) for name in tree.subtree(tree.base(), fixed=True))
-    for joint in filter(None, roles.spinning):
-        tree.fix(joint)
+    for joint in roles.spinning:
+        if joint is not None:
+            tree.fix(joint)
     # Before any is fixed, which takes its limits.
     for joint, held in [(joint, tree.rest(joint)) for joint in roles.locked]:
         tree.hold(joint, held)

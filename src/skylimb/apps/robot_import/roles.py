@@ -54,7 +54,9 @@ class Roles:
             ("rotor", self.spinning),
             ("locked", self.locked),
         )
-        return {joint.get("name", ""): role for role, joints in roles for joint in filter(None, joints)}
+        return {
+            joint.get("name", ""): role for role, joints in roles for joint in joints if joint is not None
+        }
 
 
 def recognise(tree: UrdfTree, mapping: Mapping) -> Roles:
