@@ -11,17 +11,23 @@ DT = 0.005
 GATES = TwistGates()
 
 
-def swinging(time: float, noise: float = 0.0, rng: np.random.Generator | None = None) -> Measurement:
-    """A robot that swings: 0.1 m to and fro, and by 0.2 rad about an axis."""
+def swinging(
+    time: float,
+    noise: float = 0.0,
+    rng: np.random.Generator | None = None,
+    rate: float = 2.0 * np.pi,
+    size: float = 1.0,
+) -> Measurement:
+    """A robot that swings: 0.1 m to and fro, and by 0.2 rad about an axis, or a share of both."""
     rng = rng or np.random.default_rng(0)
-    axis, rate = np.array([0.6, 0.0, 0.8]), 2.0 * np.pi
-    turn = 0.2 * np.sin(rate * time)
+    axis = np.array([0.6, 0.0, 0.8])
+    turn = 0.2 * size * np.sin(rate * time)
     small = noise * rng.standard_normal((4, 3))
     attitude = np.array([np.cos(0.5 * turn), *np.sin(0.5 * turn) * axis])
     q = quaternion_product(attitude, np.array([1.0, *0.5 * small[1]]))
-    position = np.array([0.1 * np.sin(rate * time), 0.0, 1.0]) + small[0]
-    velocity = np.array([0.1 * rate * np.cos(rate * time), 0.0, 0.0]) + 5.0 * small[2]
-    rates = 0.2 * rate * np.cos(rate * time) * axis + 5.0 * small[3]
+    position = np.array([0.1 * size * np.sin(rate * time), 0.0, 1.0]) + small[0]
+    velocity = np.array([0.1 * size * rate * np.cos(rate * time), 0.0, 0.0]) + 5.0 * small[2]
+    rates = 0.2 * size * rate * np.cos(rate * time) * axis + 5.0 * small[3]
     return Measurement(position, q, velocity, rates, np.zeros(3), np.zeros(4))
 
 
@@ -75,6 +81,36 @@ def test_a_twist_that_does_not_fit_the_poses_is_wrong_soon_and_for_good(change) 
     assert wrong[np.argmax(wrong) :].all()
 
 
+@pytest.mark.parametrize(("speeds", "factor"), [
+    ("angular_velocity", 0.5), ("angular_velocity", 2.0), ("velocity", 0.5), ("velocity", 2.0)
+])  # fmt: skip
+def test_speeds_that_are_scaled_are_wrong_long_before_that_adds_up(speeds: str, factor: float) -> None:
+    def scaled(time: float, _: Measurement) -> Measurement:
+        seen = swinging(time, 1e-3, rng, size=0.6 if factor < 1.0 else 0.4)
+        return seen._replace(**{speeds: getattr(seen, speeds) * (factor if time >= 2.0 else 1.0)})
+
+    rng = np.random.default_rng(2)
+    states = checked(scaled)
+    wrong = np.array([one.wrong for one in states])
+    assert 2.0 < np.argmax(wrong) * DT < 3.0
+    assert max(np.linalg.norm(one.off_way) for one in states) < GATES.twist_way
+    assert max(np.linalg.norm(one.off_turn) for one in states) < GATES.twist_turn
+
+
+@pytest.mark.parametrize("older", [-0.02, 0.02])
+def test_a_twist_that_is_older_or_younger_than_its_pose_is_not_scaled(older: float) -> None:
+    def of_another_time(time: float, seen: Measurement) -> Measurement:
+        size = min(time, 1.0)
+        other = swinging(time - older, rate=4.0 * np.pi, size=size)
+        here = swinging(time, 1e-3, rng, rate=4.0 * np.pi, size=size)
+        return here._replace(velocity=other.velocity, angular_velocity=other.angular_velocity)
+
+    rng = np.random.default_rng(2)
+    states = checked(of_another_time)
+    assert max(np.linalg.norm(one.off_turn) for one in states) > 0.3 * GATES.twist_turn
+    assert not states[-1].wrong
+
+
 def test_bits_that_stay_as_poses_change_are_seen_first() -> None:
     stuck = {}
 
@@ -91,6 +127,19 @@ def test_a_capture_that_jumps_or_is_gone_says_nothing_of_the_twist() -> None:
     jump = np.array([0.5, 0.0, 0.0])
     states = checked(lambda time, seen: seen._replace(position=seen.position + jump * (time >= 2.0)))
     assert not states[-1].wrong
+
+
+def test_one_pose_that_is_elsewhere_after_a_gap_says_nothing_of_the_twist() -> None:
+    state, rng, before = TwistCheck(), np.random.default_rng(3), swinging(0.0)
+    for k in range(1000):
+        small = 1e-4 * rng.standard_normal((3, 3))
+        elsewhere = 0.3 * np.ones(3) * (k >= 500)
+        seen = before._replace(position=elsewhere + small[0], velocity=small[1], angular_velocity=small[2])
+        new = 0.0 if 400 <= k < 500 else 1.0
+        seen = seen if new else before
+        state, _, _ = check_twist(GATES, state, seen, before, seen, 1.0, new, float(k > 0), DT)
+        before = seen
+    assert not state.wrong
 
 
 def test_no_number_is_no_twist_and_no_fault_of_one() -> None:

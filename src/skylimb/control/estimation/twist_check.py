@@ -5,7 +5,14 @@ hides adds up: over some tenths of a second the robot turns otherwise than its r
 
     error = way from the last pose to this one - sum of velocity times period,    off = fading sum of errors,
 
-and the same of turns. Sensors that have stopped show sooner: they give the same bits while poses change.
+and the same of turns. Speeds that are scaled show long before that adds up to much: the errors go with the
+ways. So they are held to a share of them as well,
+
+    |mean of off . gone| <= least^2 + share * mean of gone . gone,    gone = fading sum of ways,
+
+which is blind to errors that go another way, as noise makes them, or a twist that is some hundredths of a
+second older or younger than its pose. Sensors that have stopped show soonest: they give the same bits while
+poses change.
 
 Once they do not fit they are not believed again. The model's take their place, drawn to the differences of
 poses: its accelerations are fast, and differences know where it ends up.
@@ -31,8 +38,14 @@ SAME = 10
 FOLLOWS = 30.0
 """How fast the model's twist follows the differences of poses, 1/s."""
 
-STEP = 0.05
+STEP = 0.015
 """Greatest error that one pose adds, m or rad: a jump of the capture says nothing of the twist."""
+
+SHARE = 0.35
+"""Of the way that poses go, by which velocity may be off: it is scaled where it is more."""
+
+LEAST = 0.15
+"""Of how far twist and poses may be apart, below which no share is looked at: more than one pose comes to."""
 
 
 @configuration
@@ -62,6 +75,10 @@ class TwistCheck(NamedTuple):
         turn: that the rates say since it, in the axes of the measured body, rad, (3,).
         off_way: fading sum of errors, m, (3,).
         off_turn: the same of turns, rad, (3,).
+        gone_way: fading sum of the ways that poses go, m, (3,).
+        gone_turn: the same of turns, rad, (3,).
+        along_way: fading means of off . gone and of gone . gone, m^2, (2,).
+        along_turn: the same of turns, rad^2, (2,).
         same_velocity: poses since the velocity changed a bit.
         same_rates: poses since the rates did.
         wrong: 1 from the first time on that they did not fit.
@@ -74,6 +91,10 @@ class TwistCheck(NamedTuple):
     turn: Array = np.zeros(3)
     off_way: Array = np.zeros(3)
     off_turn: Array = np.zeros(3)
+    gone_way: Array = np.zeros(3)
+    gone_turn: Array = np.zeros(3)
+    along_way: Array = np.zeros(2)
+    along_turn: Array = np.zeros(2)
     same_velocity: Any = 0.0
     same_rates: Any = 0.0
     wrong: Any = 0.0
@@ -116,11 +137,16 @@ def check_twist(
     fade = clip(1.0 - time / FADES, 0.0, 1.0)
     sum_way = where(counts > 0.5, fade * state.off_way + off_way, state.off_way)
     sum_turn = where(counts > 0.5, fade * state.off_turn + off_turn, state.off_turn)
+    gone_way = where(counts > 0.5, fade * state.gone_way + way + off_way, state.gone_way)
+    gone_turn = where(counts > 0.5, fade * state.gone_turn + turn + off_turn, state.gone_turn)
+    along_way = where(counts > 0.5, _along(state.along_way, fade, sum_way, gone_way), state.along_way)
+    along_turn = where(counts > 0.5, _along(state.along_turn, fade, sum_turn, gone_turn), state.along_turn)
     same_velocity = _same(state.same_velocity, measured.velocity - before.velocity, counts)
     same_rates = _same(state.same_rates, measured.angular_velocity - before.angular_velocity, counts)
 
     fits = within(dot(sum_way, sum_way), 0.0, gates.twist_way**2)
     fits = fits * within(dot(sum_turn, sum_turn), 0.0, gates.twist_turn**2)
+    fits = fits * _unscaled(along_way, gates.twist_way) * _unscaled(along_turn, gates.twist_turn)
     fits = fits * within(stack(same_velocity, same_rates), 0.0, SAME)
     wrong = where(fits > 0.5, state.wrong, 1.0)
 
@@ -135,11 +161,26 @@ def check_twist(
         turn=where(new > 0.5, 0.0, turn),
         off_way=sum_way,
         off_turn=sum_turn,
+        gone_way=gone_way,
+        gone_turn=gone_turn,
+        along_way=along_way,
+        along_turn=along_turn,
         same_velocity=same_velocity,
         same_rates=same_rates,
         wrong=wrong,
     )
     return found, velocity, rates
+
+
+def _along(last: Array, fade: Any, off: Array, gone: Array) -> Array:
+    """Fading means of off . gone and of gone . gone; after a gap a pose counts less."""
+    return fade * (last + (1.0 - fade) * stack(dot(off, gone), dot(gone, gone)))
+
+
+def _unscaled(along: Array, gate: float) -> Any:
+    """1 where errors are no great share of the ways."""
+    most = (LEAST * gate) ** 2 + SHARE * along[1]
+    return within(along[0], -most, most)
 
 
 def _same(count: Any, change: Array, new: Any) -> Any:
