@@ -15,7 +15,7 @@ from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Watch
 from skylimb.control.supervisor.table import CUT, DESCEND
 from skylimb.robots.model import Robot
-from skylimb.symbolic import Array, stack, where, within
+from skylimb.symbolic import Array, max, stack, where, within
 
 
 class Belief(NamedTuple):
@@ -84,10 +84,11 @@ def believed(
 
 
 def _upright(watch: Watch, body: BodyState) -> tuple[Watch, BodyState]:
-    """A robot that descends keeps the axes that it had: its vectoring angles no longer say what is level."""
-    descends = within(watch.mode, DESCEND, CUT)
-    axes = where(descends > 0.5, watch.axes, body.model.R_root_C)
-    return watch._replace(axes=axes), chosen(descends > 0.5, seen_from(body, axes), body)
+    """A robot whose vectoring angles make up for a part that is lost keeps the axes that it had before."""
+    lost = max(stack(watch.loose, where(watch.loss.left > 0.0, 0.0, 1.0)))
+    keeps = lost * within(watch.mode, DESCEND, CUT)
+    axes = where(keeps > 0.5, watch.axes, body.model.R_root_C)
+    return watch._replace(axes=axes), chosen(keeps > 0.5, seen_from(body, axes), body)
 
 
 def _heard(limits: Limits, said: Imu | None, last: Imu | None, silent: Any) -> tuple[Imu | None, Any, Any]:

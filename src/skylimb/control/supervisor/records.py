@@ -86,7 +86,7 @@ class Watch(NamedTuple):
         loss: which rotor has lost thrust.
         servos: where they should have turned the joints.
         loose: 1 for each joint that its servo holds no more, shape and vectoring together, (n_joints + nv,).
-        axes: of the measured link, in which it is level as it begins to descend, (3, 3).
+        axes: of the measured link, in which it is level, as they were before a part was lost, (3, 3).
         late: how late measurements are.
         stamped: what their stamps alone say of that.
         command: that was given last.
