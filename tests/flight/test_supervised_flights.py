@@ -297,7 +297,9 @@ def test_without_a_rotor_it_descends_level_or_its_rotors_stop(rotor: str, end: f
         assert len(modes) == 1200
 
 
-@pytest.mark.parametrize(("servo", "speed"), [("gimbal_joint2", 2.0), ("gimbal_joint4", -2.0)])
+@pytest.mark.parametrize(
+    ("servo", "speed"), [("gimbal_joint2", 2.0), ("gimbal_joint4", -2.0), ("gimbal_joint3", -2.0)]
+)
 def test_a_servo_that_turns_round_and_round_is_made_up_for_by_the_others(servo: str, speed: float) -> None:
     """With the others' angles as they were it leant by up to .36 rad, and beside rotor 4 spun at 3 rad/s."""
     runs = {"kind": "joint", "time": 3.0, "joint": servo, "speed": speed}

@@ -13,7 +13,9 @@ from skylimb.control.estimation.body_state import (
     angle_rates,
     body_state,
     initial_angle_rate_state,
+    rotor_wrench,
     see_body,
+    seen_from,
 )
 from skylimb.control.estimation.records import BodyState, Measurement, Sensed
 from skylimb.control.missions.reference import zero_reference
@@ -110,3 +112,21 @@ def test_a_measurement_becomes_the_bodys_state(robot: Robot) -> None:
         np.testing.assert_array_equal(state.smoothed, wanted.smoothed)
         velocity = body_state(robot, measurement, rates).velocity
         np.testing.assert_array_equal(flat(body.velocity), flat(velocity))
+
+
+def test_in_other_axes_it_is_the_same_body(robot: Robot) -> None:
+    body, thrusts = seen(robot, 0.0), np.array([8.0, 9.0, 10.0, 11.0])
+    other = seen_from(body, rotation_from_rpy(0.3, -0.5, 0.2))
+    axes, model = other.model.R_root_C, body.model
+    np.testing.assert_allclose(other.R_WC @ axes.T, body.R_WC @ model.R_root_C.T, atol=1e-12)
+    np.testing.assert_allclose(
+        other.R_WC @ other.angular_velocity, body.R_WC @ body.angular_velocity, atol=1e-12
+    )
+    np.testing.assert_allclose(other.R_WC @ other.model.tip_C, body.R_WC @ model.tip_C, atol=1e-12)
+    torques = [b.R_WC @ rotor_wrench(b, thrusts).torque for b in (other, body)]
+    np.testing.assert_allclose(*torques, atol=1e-12)
+    np.testing.assert_allclose(
+        rotor_wrench(other, thrusts).force, rotor_wrench(body, thrusts).force, atol=1e-12
+    )
+    inertia = [b.R_WC @ b.model.inertia_C @ b.R_WC.T for b in (other, body)]
+    np.testing.assert_allclose(*inertia, atol=1e-12)

@@ -18,14 +18,21 @@ ROBOT = skylimb.load_robot("hydrus_xi_quad")
 MODEL = ROBOT.at(*nominal_posture(ROBOT, "contact"))
 
 
-def flown(force: np.ndarray, torque: np.ndarray, seconds: float = 0.2) -> tuple[Any, list[Any]]:
-    """A hover in which this wrench, W and C, begins to act after the tare, and what is seen of it."""
+def flown(
+    force: np.ndarray, torque: np.ndarray, seconds: float = 0.2, *before: np.ndarray
+) -> tuple[Any, list[Any]]:
+    """A hover in which this wrench, W and C, begins to act after the tare, and what is seen of it.
+
+    Others may act for .4 s each before it.
+    """
     state, known, seen = initial_loss(ROBOT.n_rotors), ObserverState(), list[Any]()
     momentum = np.zeros(6)
     begins = round(TARE / DT) + 2
-    for k in range(begins + round(seconds / DT)):
+    wrenches = [one for one in before for _ in range(round(0.4 / DT))]
+    wrenches += [np.concatenate([force, torque])] * round(seconds / DT)
+    for k in range(begins + len(wrenches)):
         if k >= begins:
-            momentum = momentum + DT * np.concatenate([force, torque])
+            momentum = momentum + DT * wrenches[k - begins]
         body = BodyState(
             np.zeros(3),
             momentum[:3] / MODEL.mass,
@@ -101,3 +108,15 @@ def test_a_push_is_no_rotor() -> None:
     np.testing.assert_array_equal(state.left, np.ones(4))
     assert seen[-1].pushed == 1.0
     assert seen[-1].lost == 0.0
+
+
+@pytest.mark.parametrize("rotor", range(4))
+def test_a_push_that_comes_to_look_like_a_rotor_names_none_and_one_that_fails_meanwhile_is_named(
+    rotor: int,
+) -> None:
+    push = np.array([0.0, 25.0, 25.0, 0.0, 0.0, 0.0])
+    lost = -0.7 * MODEL.hover_thrusts[rotor] * MODEL.allocation_C[:, rotor]
+    for seconds, left in ((0.2, 1.0), (0.7, 0.3)):
+        state, seen = flown(lost[:3], lost[3:], seconds, push)
+        np.testing.assert_allclose(state.left, np.where(np.arange(4) == rotor, left, 1.0), atol=0.03)
+    assert not any(one.lost for one in seen[: round(0.6 / DT)])

@@ -215,3 +215,20 @@ def test_bits_are_one_or_zero_whatever_the_memory_holds() -> None:
     hover.halves._state[:] = 17.3
     hover.halves.look(Told(), hover.frame(), hover.reference)
     assert set(hover.halves.sight.bits) <= {0.0, 1.0}
+
+
+def test_a_robot_that_descends_is_as_level_as_before_whatever_its_vectoring_angles_are() -> None:
+    """Of the way past a servo that runs away: at its end the rotors give no yaw, and {C} is on its side."""
+    q, first = np.array([-1.07, -1.03, 0.5]), np.array([-2.6, 1.6, 2.65, -1.95])
+    last = np.array([-4.92, -0.44, -2.07, -3.8])
+    assert np.arccos(ROBOT.at(q, last).R_root_C[2, 2]) > 1.3
+    halves = Halves(ROBOT, Limits(losses=True), 0, DT, imu=False)
+    rng, reference, found = np.random.default_rng(0), Hover().reference, []
+    for psi in [*[first] * WARM, *np.linspace(first, last, 2 * WARM)]:
+        noise = 1e-3 * rng.standard_normal((3, 3))
+        place, level = np.array([0.0, 0.0, 1.0]) + noise[0], np.array([1.0, 0.0, 0.0, 0.0])
+        seen = Measurement(place, level, noise[1], noise[2], q, psi, capture_age=0.01)
+        found.append(halves.look(Told(pose=1.0), seen, reference).body.R_WC[2, 2])
+        halves.act(Command(np.full(4, ROBOT.weight / 4.0), q, psi))
+    assert halves.mode == list(TABLE.modes).index("DESCEND")
+    assert np.arccos(found).max() < 0.15

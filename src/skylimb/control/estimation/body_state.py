@@ -10,7 +10,7 @@ from skylimb.base.keys import Key, configuration
 from skylimb.base.rotations import rotation_from_quaternion
 from skylimb.control.estimation.records import BodyState, Measurement, Sensed, Wrench
 from skylimb.robots.model import Robot
-from skylimb.symbolic import Array, cross, low_pass, stack
+from skylimb.symbolic import Array, cross, low_pass, matrix, stack
 
 
 @configuration
@@ -78,6 +78,25 @@ def body_state(robot: Robot, measurement: Measurement, rates: Array) -> BodyStat
         angular_velocity=model.R_root_C.T @ measurement.angular_velocity,
         model=model,
     )
+
+
+def seen_from(body: BodyState, R_root_L: Array) -> BodyState:
+    """The same body in other axes {L} of the measured link, in place of {C}'s, (3, 3).
+
+    {C} stands where all rotors hover at their present angles. Where they turn to balances that the posture
+    does not have, it turns by itself, and stands on its side where the rotors give no yaw.
+    """
+    model = body.model
+    turn = R_root_L.T @ model.R_root_C
+    lines, none = [[turn[i, j] for j in range(3)] for i in range(3)], [0.0] * 3
+    both = matrix([line + none for line in lines] + [none + line for line in lines])
+    model = model._replace(
+        R_root_C=R_root_L,
+        inertia_C=turn @ model.inertia_C @ turn.T,
+        allocation_C=both @ model.allocation_C,
+        tip_C=turn @ model.tip_C,
+    )
+    return body._replace(R_WC=body.R_WC @ turn.T, angular_velocity=turn @ body.angular_velocity, model=model)
 
 
 def see_body(gains: Any, state: AngleRateState, sensed: Sensed) -> tuple[AngleRateState, BodyState]:

@@ -15,7 +15,6 @@ from skylimb.control.estimation.body_state import (
     AngleRateFilter,
     AngleRateState,
     angle_rates,
-    body_state,
     initial_angle_rate_state,
     rotor_wrench,
 )
@@ -116,26 +115,21 @@ def shown(state: Prediction, model: RobotState, n_joints: int, speeds: Array) ->
     )
 
 
-def seen(
-    robot: Robot, state: Prediction, measurement: Measurement, speeds: Array, stale: Any, dt: float
-) -> tuple[Prediction, BodyState]:
-    """The prediction that knows this tick's measurement, and the body's state by it.
+def seen(state: Prediction, body: BodyState, stale: Any, dt: float) -> Prediction:
+    """The prediction that knows this tick's measurement.
 
     Args:
-        robot: the model.
         state: of the last tick, with this tick's angles.
-        measurement: of this tick, or in its place what `shown` says.
-        speeds: of joint and vectoring angles, rad/s.
+        body: its state by the measurement of this tick, or in its place by what `shown` says.
         stale: 1 where it is in its place: the mean wrench goes on to act.
         dt: control period, s.
     """
-    body = body_state(robot, measurement, speeds)
     observer, wrench = observe(_OBSERVER, state.observer, body, dt)
     mean = where(stale > 0.5, state.mean, low_pass(state.mean, stack(*wrench), _MEAN, dt))
     observer = observer._replace(
         force=where(stale > 0.5, mean[0:3], wrench.force), torque=where(stale > 0.5, mean[3:6], wrench.torque)
     )
-    return state._replace(observer=observer, mean=mean), body
+    return state._replace(observer=observer, mean=mean)
 
 
 def moved(

@@ -42,6 +42,11 @@ SETTLE, BEFORE = 0.02, 0.02
 it begins to show: so is known how much of it the observer has seen at least. A loss near the threshold has
 acted for as long as something is felt: it would count for more than it is, each time that it shows anew."""
 
+DOUBT, DOUBTFUL = 0.1, 0.4
+"""Seconds by which a push has been felt for longer than not, from which no loss is believed, and the most
+that they count up to. A rotor that fails explains what is felt from its first tick on, or the next. A push
+bends the arm, and then looks like a lost rotor, for up to .16 s."""
+
 TARE = 2.0
 """Seconds over which the residual of a flight without fault is averaged."""
 
@@ -55,6 +60,7 @@ class Loss(NamedTuple):
         time: for which it has been averaged, s.
         shown: for which each rotor has explained what is seen, s, (n,).
         felt: for which something has been felt, s.
+        pushed: by which a push has been felt for longer than not, s.
         made: thrusts, behind the observer's lag and the measurement's age, N, (n,): what a rotor has lost of
             them is what is felt now.
         left: share of its thrust that each rotor has, (n,).
@@ -65,6 +71,7 @@ class Loss(NamedTuple):
     time: Any
     shown: Array
     felt: Any
+    pushed: Any
     made: Array
     left: Array
 
@@ -88,7 +95,7 @@ class Seen(NamedTuple):
 def initial_loss(n_rotors: int) -> Loss:
     """Nothing is lost."""
     return Loss(
-        ObserverState(), np.zeros(6), 0.0, np.zeros(n_rotors), 0.0, np.zeros(n_rotors), np.ones(n_rotors)
+        ObserverState(), np.zeros(6), 0.0, np.zeros(n_rotors), 0.0, 0.0, np.zeros(n_rotors), np.ones(n_rotors)
     )
 
 
@@ -127,7 +134,10 @@ def look(
     explained = alarm * where(least < UNEXPLAINED * square, 1.0, 0.0)
     here = [explained * where(remain <= least, 1.0, 0.0) * where(share > LEAST, 1.0, 0.0)
             for share, remain in zip(shares, remains, strict=True)]  # fmt: skip
-    lost = vector(*(here[i] * shares[i] for i in range(n)))
+    pushed = alarm * (1.0 - max(vector(*here)))
+    doubt = clip(state.pushed + dt * (2.0 * pushed - 1.0), 0.0, DOUBTFUL)
+    believed = within(doubt, 0.0, DOUBT)
+    lost = vector(*(believed * here[i] * shares[i] for i in range(n)))
     shown = where(lost > 0.0, state.shown + dt, 0.0)
     felt = where(ready * where(square > FELT**2, 1.0, 0.0) > 0.5, state.felt + dt, 0.0)
     settled = within(max(shown), SETTLE, np.inf)
@@ -140,5 +150,6 @@ def look(
     time = clip(state.time + dt * fresh, 0.0, TARE + dt)
     weight = fresh * (1.0 - alarm) * dt / time if not isinstance(time, float) or time else 0.0
     mean = state.mean + weight * (residual - state.mean)
-    pushed = alarm * where(most > LEAST, 0.0, 1.0)
-    return Loss(observer, mean, time, shown, felt, made, left), Seen(lost, most, most * settled, pushed)
+    return Loss(observer, mean, time, shown, felt, doubt, made, left), Seen(
+        lost, most, most * settled, pushed
+    )

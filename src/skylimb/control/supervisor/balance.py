@@ -43,7 +43,7 @@ RATE = 3.5
 
 
 def balanced(
-    robot: Robot, loose: Array, measured: Measurement, speeds: Array, level: Array, angles: Array, dt: float
+    robot: Robot, loose: Array, measured: Measurement, speeds: Array, axes: Array, angles: Array, dt: float
 ) -> Array:
     """Vectoring angles of a tick, rad, (nv,).
 
@@ -52,7 +52,7 @@ def balanced(
         loose: 1 for each joint that no servo holds, of the shape and then of the vectoring, (nq + nv,).
         measured: that is believed.
         speeds: of all joints by it, rad/s, (nq + nv,).
-        level: vectoring angles of the posture, with which the robot hovers level, rad, (nv,).
+        axes: of the measured link, that are level, (3, 3).
         angles: of the last tick, rad, (nv,).
         dt: control period, s.
     """
@@ -61,7 +61,7 @@ def balanced(
     limp, runs = parted(loose, robot.n_joints)
     _, ahead = parted(speeds * servo_lags(robot), robot.n_joints)
     here = where(runs > 0.5, measured.vectoring_angles + ahead, angles)
-    rest, J = map(as_numpy, _balance(robot)(measured.joint_angles, level, here, limp))
+    rest, J = map(as_numpy, _balance(robot)(measured.joint_angles, axes, here, limp))
     J = J @ diagonal(1.0 - runs)
     step = solve_positive(J.T @ J + DAMPING * np.eye(robot.n_vectoring), -(J.T @ rest))
     step = step * (RATE * dt / max(max(abs(step)), RATE * dt))
@@ -70,16 +70,15 @@ def balanced(
 
 @functools.lru_cache(maxsize=16)
 def _balance(robot: Robot) -> ca.Function:
-    """(q, level, psi, limp) -> r of the best thrusts, and dr/dpsi."""
+    """(q, axes, psi, limp) -> r of the best thrusts, and dr/dpsi."""
     n, nq = robot.n_rotors, robot.n_joints
-    q, psi, level, limp = (
-        ca.SX.sym(name, size)
-        for name, size in (("q", nq), ("psi", robot.n_vectoring), ("level", robot.n_vectoring), ("limp", nq))
+    q, psi, limp = (
+        ca.SX.sym(name, size) for name, size in (("q", nq), ("psi", robot.n_vectoring), ("limp", nq))
     )
+    axes = ca.SX.sym("axes", 3, 3)
     wrench, loads, *_ = loads_function(robot)(q, psi)
-    turn = robot.model(q, level).R_root_C.T
     rows = ca.vertcat(
-        ca.diag(COUNTS) @ ca.diagcat(turn, turn) @ wrench,
+        ca.diag(COUNTS) @ ca.diagcat(axes.T, axes.T) @ wrench,
         ca.diag(PUSHED * limp) @ loads[:nq, :],
         EVEN * ca.DM.eye(n),
     )
@@ -87,4 +86,4 @@ def _balance(robot: Robot) -> ca.Function:
     wanted = ca.vertcat(0.0, 0.0, COUNTS[2] * robot.weight, np.zeros(3 + nq), mean)
     rest = rows @ solve_positive(rows.T @ rows, rows.T @ wanted) - wanted
     outputs = ca.cse([rest, ca.jacobian(rest, psi)])
-    return ca.Function("balance", [q, level, psi, limp], outputs)
+    return ca.Function("balance", [q, axes, psi, limp], outputs)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from skylimb.base.packing import chosen
+from skylimb.control.estimation.body_state import body_state, seen_from
 from skylimb.control.estimation.gates import BEYOND, angle_fault, over
 from skylimb.control.estimation.prediction import differenced, parted, seen, shown
 from skylimb.control.estimation.records import BodyState, Imu, Measurement
@@ -12,8 +13,9 @@ from skylimb.control.supervisor.believed_pose import believe_pose
 from skylimb.control.supervisor.health import Health, examined, unexamined
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Watch
+from skylimb.control.supervisor.table import CUT, DESCEND
 from skylimb.robots.model import Robot
-from skylimb.symbolic import Array, stack, where, within
+from skylimb.symbolic import Array, max, stack, where, within
 
 
 class Belief(NamedTuple):
@@ -56,7 +58,10 @@ def believed(
     imu, unheard, speaks = _heard(limits, measured.imu, watch.before.imu, watch.clocks.unheard + dt)
     measured = measured._replace(imu=imu)
     belief = pose.measurement._replace(imu=imu, joint_angles=q, vectoring_angles=psi)
-    prediction, body = seen(robot, prediction, belief, speeds, pose.stale, dt)
+    body = body_state(robot, belief, speeds)
+    if limits.losses:
+        watch, body = _upright(watch, body)
+    prediction = seen(prediction, body, pose.stale, dt)
 
     # What has failed on it.
     watch, age = watch._replace(prediction=prediction), measured.capture_age
@@ -76,6 +81,14 @@ def believed(
     )
     faults = stack(pose.fault, wrong)
     return watch, Belief(belief, body, faults, 1.0 - pose.good, speaks, health)
+
+
+def _upright(watch: Watch, body: BodyState) -> tuple[Watch, BodyState]:
+    """A robot whose vectoring angles make up for a part that is lost keeps the axes that it had before."""
+    lost = max(stack(watch.loose, where(watch.loss.left > 0.0, 0.0, 1.0)))
+    keeps = lost * within(watch.mode, DESCEND, CUT)
+    axes = where(keeps > 0.5, watch.axes, body.model.R_root_C)
+    return watch._replace(axes=axes), chosen(keeps > 0.5, seen_from(body, axes), body)
 
 
 def _heard(limits: Limits, said: Imu | None, last: Imu | None, silent: Any) -> tuple[Imu | None, Any, Any]:

@@ -108,9 +108,9 @@ def instead(
     first = Command(thrusts, sight.reference.joint_angles, sight.reference.vectoring_angles)
     angles = descents.followed(left, watch.loose, watch.command.vectoring_angles, dt)
     if limits.losses:
-        level, speeds = sight.reference.vectoring_angles, watch.prediction.rates.rates
+        speeds = watch.prediction.rates.rates
         loose = descents.unanswered(watch.loose)
-        angles = balanced(robot, loose, sight.measurement, speeds, level, angles, dt)
+        angles = balanced(robot, loose, sight.measurement, speeds, watch.axes, angles, dt)
     last = watch.command._replace(thrusts=thrusts, vectoring_angles=angles)
     return chosen(watch.started > 0.5, last, first)
 
