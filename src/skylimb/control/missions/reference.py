@@ -66,7 +66,9 @@ class Reference(NamedTuple):
 def zero_reference(n_joints: int, n_vectoring: int) -> Reference:
     """A reference of zeros, which tells the sizes of all entries."""
     z3, q, psi = np.zeros(3), np.zeros(n_joints), np.zeros(n_vectoring)
-    return Reference(z3, z3, z3, 0.0, 0.0, q, psi, z3, 0.0, 0.0, 0.0, z3, z3, z3, 0.0, 0.0, z3, *(0.0,) * 3)
+    return Reference(
+        *(z3, z3, z3, 0.0, 0.0, q, psi, z3, 0.0, 0.0, 0.0, z3, z3, z3, 0.0, 0.0, z3, 0.0, 0.0, 0.0)
+    )
 
 
 def untasked(reference: Reference, **changes: Any) -> Reference:
