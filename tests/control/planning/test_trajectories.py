@@ -208,3 +208,17 @@ def test_nonsense_is_refused_in_python_as_well():
         TrajectoryConfig(strokes=2.5)  # type: ignore[arg-type]
     with pytest.raises(ConfigError, match=r"TrajectoryConfig\.radius"):
         TrajectoryConfig(radius="wide")  # type: ignore[arg-type]
+
+
+def test_small_strokes_are_told_from_large_ones():
+    """Once the pen comes back from a lift it is the next stroke that counts."""
+    words = trajectory(TrajectoryConfig(shape="drawing", text="aerial", width=0.0, height=0.03))
+    assert all(words.small)
+    np.testing.assert_array_equal(words.fine(np.linspace(-1.0, words.duration + 1.0, 50)), 1.0)
+    i = trajectory(TrajectoryConfig(shape="drawing", text="i", width=0.0, height=0.2))
+    assert sorted(i.small) == [False, True]
+    ((leave, back),) = i.lifts
+    at = i.fine(np.array([-1.0, 0.5 * leave, back - 0.01, back + 0.01, i.duration]))
+    np.testing.assert_array_equal(at, np.array(i.small, dtype=float)[[0, 0, 0, 1, 1]])
+    circle = trajectory(TrajectoryConfig(shape="circle", radius=0.01))
+    np.testing.assert_array_equal(circle.fine(np.array([0.0, 1.0])), 0.0)

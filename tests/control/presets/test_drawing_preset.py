@@ -1,6 +1,7 @@
 """The preset `drawing` beside `following`: what it does at corners, and where strokes begin and end."""
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from skylimb.control.attitude.laws import firm, impedance
 from skylimb.control.contact.laws import drawing
 from skylimb.control.contact.machine import FREE, RETREAT, SETTLE, SLIDE
 from skylimb.control.controller import load_controller
+from skylimb.control.estimation.friction import FrictionGains
 from skylimb.control.missions.reference import zero_reference
 from skylimb.control.press import LOADING, UNLOADING
 
@@ -244,6 +246,30 @@ def test_a_pen_that_comes_off_while_its_press_goes_has_ended_its_stroke(
     assert paces[off:] == [1.0] * (240 - off)
 
 
+@pytest.mark.parametrize(("fine", "chase", "along"), [(1.0, 8.0, 1.0), (0.0, 8.0, 0.0), (1.0, 0.0, 0.0)])
+def test_on_a_small_stroke_friction_is_expected_on_the_pens_way_to_its_place(
+    fine: float, chase: float, along: float, make_inputs: Any, make_start: Any
+) -> None:
+    """The path rests, and the pen is 20 mm short of its place: friction holds it back."""
+    gains = drawing.Gains(friction=FrictionGains(first=0.4, chase=chase))
+    state = drawing.initial_state(gains, make_start())
+    slides = state.following._replace(machine=state.following.machine._replace(state=SLIDE))
+    inputs = make_inputs(force=np.array([-1.0, 0.0, 0.0]), contact_force=-1.0)
+    tip = inputs.estimate.body.position + inputs.estimate.arm
+    place = tip + np.array([0.0, 0.02, 0.0])
+    inputs = make_inputs(
+        force=np.array([-1.0, 0.0, 0.0]),
+        contact_force=-1.0,
+        reference={"touch": 1.0, "tip_position": place, "fine": fine},
+    )
+    _, view, _ = drawing.step(
+        numeric(gains), numeric(state._replace(following=slides, loaded=1.0, engaged=1.0)), inputs
+    )
+    share = float(view.ease)
+    assert share > 0.5
+    np.testing.assert_allclose(view.across, [0.0, -0.4 * share * along, 0.0], atol=0.02)
+
+
 @pytest.mark.parametrize("slope", [0.349, 0.0])
 def test_a_small_force_is_kept_to_the_end(slope: float) -> None:
     """0.5 N: a last touch that came and went once kept the mission from its end."""
@@ -267,3 +293,19 @@ def test_it_is_following_but_for_what_it_says(robot: Any) -> None:
         *("swing", "swing_cutoff", "swing_speed", "leaving_swing"),
         *("landing_cancel", "press_damping"),
     }
+
+
+def test_a_small_circle_is_drawn_within_a_millimetre() -> None:
+    """Of 15 mm; the pen was 1.3 mm off where friction was expected along its path alone."""
+    circle = Path(__file__).parents[3] / "benchmarks/drawings/circle.svg"
+    changes = {
+        "trajectory.shape": "drawing",
+        "trajectory.file": str(circle),
+        "trajectory.width": 0.015,
+        "trajectory.speed": 0.05,
+        "trajectory.acceleration": 0.05,
+        "trajectory.feedforward": "full",
+    }
+    scores = skylimb.run("paper", "drawing", seed=41, set=changes).metrics
+    assert scores["pen_line_rms"] < 0.001
+    assert scores["done"]

@@ -19,6 +19,10 @@ surface that rises by s per metre of way pushes back with s N where it is presse
 with P the variance of s. A path that is fast turns soon, and there the force tells; a board that sways under
 it would look like a slope. So k_s is less from 0.05 m/s on, and 0 from 0.1 m/s. On a path with a force of its
 own, e is that force in N, and l and F are for each newton.
+
+A pen that friction holds is behind its path, in a small bow by a third of the turn, and then friction does
+not oppose the path. So on a small stroke d is the direction of v + k_c (p_path - p), with v the velocity of
+the path: that of the way by which the pen gets to its place, which it takes while the path rests, too.
 """
 
 from __future__ import annotations
@@ -52,6 +56,10 @@ class FrictionGains:
     speed: Annotated[
         float, Key("m/s", "speed of the path from which friction counts in full", above=0.0, high=1.0)
     ] = 0.01
+    chase: Annotated[
+        float,
+        Key("1/s", "k_c, how soon a pen on a small stroke goes to its place", low=0.0, high=100.0),
+    ] = 0.0
     slope_rate: Annotated[
         float, Key("1/s", "k_s, rate at which l follows a slope that the pen climbs", low=0.0, high=100.0)
     ] = 1.5

@@ -119,6 +119,7 @@ def plan_mission(
         sliding_axis=np.tile(frame.sliding_u, (count, 1)),
         force=path.force(clock.since_slide) * contact,
         clearance=_clearance(config, path, clock, standing_out.ways),
+        fine=path.fine(clock.since_slide) * contact,
     )
     if not config.excitation.empty:
         duration = max(path.duration, posture.duration)

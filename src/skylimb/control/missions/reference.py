@@ -35,6 +35,7 @@ class Reference(NamedTuple):
         force: wanted normal force, N; 0 where the path says none, and the controller's own gain counts.
         clearance: way that a pen lifted from one stroke to the next has to keep from a surface that goes on
             as where it left, with its slope or, where it recedes, level, m; 0 where `tip_position` says all.
+        fine: 1 while a small stroke is drawn (`planning.trajectories.FINE`), else 0.
         ahead: the references at later times on the mission's clock, as many as the controller's laws declare
             (`Needs.preview`); they have no `ahead` of their own.
     """
@@ -58,18 +59,23 @@ class Reference(NamedTuple):
     sliding_axis: Array
     force: Any
     clearance: Any
+    fine: Any
     ahead: tuple[Reference, ...] = ()
 
 
 def zero_reference(n_joints: int, n_vectoring: int) -> Reference:
     """A reference of zeros, which tells the sizes of all entries."""
     z3, q, psi = np.zeros(3), np.zeros(n_joints), np.zeros(n_vectoring)
-    return Reference(z3, z3, z3, 0.0, 0.0, q, psi, z3, 0.0, 0.0, 0.0, z3, z3, z3, 0.0, 0.0, z3, 0.0, 0.0)
+    return Reference(
+        *(z3, z3, z3, 0.0, 0.0, q, psi, z3, 0.0, 0.0, 0.0, z3, z3, z3, 0.0, 0.0, z3, 0.0, 0.0, 0.0)
+    )
 
 
 def untasked(reference: Reference, **changes: Any) -> Reference:
     """The reference without what a mission asks for beside places and posture, other entries changed."""
-    return reference._replace(tare=0.0, adapt=0.0, touch=0.0, wait=0.0, clearance=0.0, ahead=(), **changes)
+    return reference._replace(
+        tare=0.0, adapt=0.0, touch=0.0, wait=0.0, clearance=0.0, fine=0.0, ahead=(), **changes
+    )
 
 
 RATES = ("velocity", "tip_velocity")

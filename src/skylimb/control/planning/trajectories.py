@@ -25,6 +25,9 @@ from skylimb.control.planning.smooth_step import STEEPEST, quintic, smooth_step
 from skylimb.control.planning.trajectory_config import TrajectoryConfig
 from skylimb.control.planning.user_path import USER, Samples, user_path
 
+FINE = 0.09
+"""Larger side below which a stroke of a drawing is fine, m: letters, dashes, small shapes."""
+
 _SHORTEST_RAMP = 1e-9
 """A shorter ramp is none, s; rates over it would be no numbers."""
 
@@ -39,6 +42,7 @@ class Trajectory:
         lifts: for each way without touch when the pen starts to leave and when it starts to come back, s.
         lift_time: how long leaving takes, and coming back, s; the path rests meanwhile.
         pressed: wanted normal force at times within the duration, N, (k,); None where the path has none.
+        small: of each stroke of a drawing, whether it is smaller than `FINE`; none of any other path.
     """
 
     duration: float
@@ -46,6 +50,7 @@ class Trajectory:
     lifts: tuple[tuple[float, float], ...] = ()
     lift_time: float = 0.0
     pressed: Callable[[np.ndarray], np.ndarray] | None = None
+    small: tuple[bool, ...] = ()
 
     def sample(self, t: np.ndarray | float) -> Samples:
         """The path at times t; before the start and after the end it rests at its end points.
@@ -64,6 +69,13 @@ class Trajectory:
     def force(self, t: np.ndarray) -> np.ndarray:
         """Wanted normal force at times t (k,), s, in N, (k,); 0 where it is the controller's to say."""
         return np.zeros(t.shape) if self.pressed is None else self.pressed(np.clip(t, 0.0, self.duration))
+
+    def fine(self, t: np.ndarray) -> np.ndarray:
+        """1 at times t (k,), s, at which the stroke at hand is small, else 0; a lift goes to the next one."""
+        if not self.small:
+            return np.zeros(t.shape)
+        stroke = np.searchsorted([back for _, back in self.lifts], t, side="right")
+        return np.asarray(self.small, dtype=float)[stroke]
 
     def touching(self, t: np.ndarray | float) -> np.ndarray:
         """Whether the pen is wanted on the surface at times t (k,), s; always, except between two strokes.
@@ -181,7 +193,8 @@ def drawing_strokes(config: TrajectoryConfig) -> Strokes:
 
 
 def _drawing(config: TrajectoryConfig) -> Trajectory:
-    motion = pen_motion(drawing_strokes(config), config.speed, config.acceleration, config.lift_time)
+    strokes = drawing_strokes(config)
+    motion = pen_motion(strokes, config.speed, config.acceleration, config.lift_time)
     parts = motion.position, motion.position.derivative(1), motion.position.derivative(2)
 
     def inside(t: np.ndarray) -> Samples:
@@ -189,7 +202,8 @@ def _drawing(config: TrajectoryConfig) -> Trajectory:
         return position, velocity, acceleration
 
     pressed = None if config.force is None else lambda t: np.asarray(motion.position(t))[..., 2]
-    return Trajectory(motion.duration, inside, motion.lifts, config.lift_time, pressed)
+    small = tuple(bool(np.ptp(line, axis=0).max() < FINE) for line in strokes.lines)
+    return Trajectory(motion.duration, inside, motion.lifts, config.lift_time, pressed, small)
 
 
 def _user(config: TrajectoryConfig) -> Trajectory:

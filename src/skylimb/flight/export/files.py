@@ -123,6 +123,7 @@ _ABOUT = {
     "reference.sliding_axis": "unit vector u of the sliding plane, W",
     "reference.force": "wanted normal force, N; 0 where the controller's own counts",
     "reference.clearance": "of a lifted pen from a surface that goes on as where it left, m; or 0",
+    "reference.fine": "1 while a small stroke is drawn",
     "told.pose": "1 where a pose has come since the last tick, else 0",
     "told.joints": "1 where joint angles have",
     "told.late": "1 where this tick came too late",

@@ -74,6 +74,7 @@ def mission_of_log(
         sliding_axis=np.tile(frame.sliding_u, (count, 1)),
         force=np.zeros(count),
         clearance=np.zeros(count),
+        fine=np.zeros(count),
     )
     return mission_of_rows(made, phase.astype(int), period), tuple(said)
 

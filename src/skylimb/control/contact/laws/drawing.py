@@ -34,7 +34,7 @@ from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.needs import Needs
 from skylimb.control.press import EASED, LOADING, UNLOADING, wanted_force
 from skylimb.control.records import ContactView, LawInput, Reference
-from skylimb.symbolic import clip, cross, dot, max, min, norm, sqrt, vector, where
+from skylimb.symbolic import Array, clip, cross, dot, max, min, norm, sqrt, vector, where
 
 PROVIDES = (*following.PROVIDES, "contact.across", "contact.landing", "contact.own_speed", "contact.ramp")
 REQUIRES, OPTIONAL = following.REQUIRES, following.OPTIONAL
@@ -182,7 +182,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     view = view._replace(ramp=ease, reason=reason)
     view = view._replace(engaged=engaged, ease=view.ease * ease, axis_position=place, axis_velocity=velocity)
 
-    path = vector(dot(u, reference.tip_velocity), dot(v, reference.tip_velocity))
+    path = _way(gains, inputs, view.engaged)
     seen = vector(dot(u, estimate.wrench.force), dot(v, estimate.wrench.force))
     # Friction grows with the force: where the path says that, it is learnt for each newton.
     share = view.ease * engaged * wanted_force(reference.force, 1.0)
@@ -194,6 +194,15 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     view = view._replace(across=(u * across[0] + v * across[1]) * (1.0 - view.gone))
     signals = {**signals, "pace": pace, "friction_estimate": friction.friction}
     return State(inner, friction, engaged, leaving, left, loaded, ending, landing), view, signals
+
+
+def _way(gains: Any, inputs: LawInput, engaged: Any) -> Array:
+    """The velocity that friction opposes, along u and v, m/s, (2,): on a small stroke to its place."""
+    reference, body = inputs.reference, inputs.estimate.body
+    u = reference.sliding_axis
+    off = reference.tip_position - body.position - inputs.estimate.arm
+    way = reference.tip_velocity + off * (gains.friction.chase * reference.fine * engaged)
+    return vector(dot(u, way), dot(cross(reference.contact_axis, u), way))
 
 
 def _hurries(gains: Any, inner: following.State, inputs: LawInput, soon: Reference, own: Any) -> Any:
