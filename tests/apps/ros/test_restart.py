@@ -11,6 +11,7 @@ from skylimb.analysis.exchange import lab_topics as topics
 from skylimb.apps.ros.grounded import STAND
 from skylimb.apps.ros.messages import Outgoing
 from skylimb.apps.ros.states import FlightState
+from skylimb.flight.realtime.guard import STALLED
 from wired import SOON, Wire, in_hover
 
 HALT, FORCE, LAND = (f"teleop_command/{word}" for word in ("halt", "force_landing", "land"))
@@ -85,6 +86,39 @@ def test_a_robot_that_is_knocked_over_in_the_air_is_disarmed(hovering: Wire) -> 
     hovering.until(FlightState.ARM_OFF, 0.2)
     assert not hovering.armed
     assert "the supervisor has cut the rotors: the flight controller is disarmed" in hovering.said
+
+
+def test_a_computer_that_stood_still_finds_the_robot_anew_and_lands_it(hovering: Wire) -> None:
+    """Its thrusts stood still too; by what was predicted before no pose was believed, and it fell."""
+    hovering.stand_still(0.52)
+    leans = list[float]()
+    hovering.tick()
+    assert hovering.pilot.pilot.flying.state == FlightState.LAND
+    while hovering.pilot.pilot.flying.state == FlightState.LAND:
+        hovering.tick()
+        _, x, y, _ = hovering.robot.plant.truth().quaternion
+        leans.append(2.0 * float(np.arcsin(np.hypot(x, y))))
+    hovering.until(FlightState.ARM_OFF, 1.0)
+    assert not hovering.armed
+    assert hovering.pilot.faults[STALLED] == 1
+    assert hovering.pilot.faults["jump"] == 0
+    assert max(leans) < 0.65
+    assert leans[-1] < 0.25
+    assert hovering.where[-1][2] < STAND + 0.01
+    assert "the supervisor has cut the rotors: the flight controller is disarmed" not in hovering.said
+
+
+def test_a_cut_stays_a_cut_when_the_computer_stands_still(hovering: Wire) -> None:
+    flight = hovering.pilot.pilot.flight
+    assert flight is not None
+    flight._guard.stop()
+    hovering.spoil_down = lambda one: None if one.topic is topics.CONFIG else one
+    hovering.fly(0.05)
+    assert flight.cut
+    hovering.stand_still(0.6)
+    hovering.fly(0.1)
+    assert flight.cut
+    assert hovering.pilot.pilot.flying.state == FlightState.STOP
 
 
 @pytest.mark.parametrize("order", [HALT, FORCE])

@@ -103,11 +103,11 @@ class Node:
                 k = 0
                 while not self._done():
                     self._late.append(self._pacer.wait(k))
-                    if self._profile.slows and self._pacer.missed:
-                        self._pacer.forgive()
                     arrived = self._arrived()
                     messages = self._profile.tick(arrived, time.time())
                     messages += answers(arrived, self._profile.last)
+                    if self._pacer.stood_still(self._profile.caught_up):
+                        self._pacer.forgive()
                     self._bridge.carry(messages)
                     if self._recorder is not None:
                         self._recorder.take(messages)
