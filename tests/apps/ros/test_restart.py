@@ -173,6 +173,22 @@ def test_a_disarm_is_repeated_until_it_is_heard_and_a_board_that_others_arm_agai
     assert not hovering.armed
 
 
+def test_a_board_that_does_not_hear_that_it_is_disarmed_hears_that_it_is_to_thrust_no_more(
+    hovering: Wire,
+) -> None:
+    """It flew on with its last thrusts for 0.5 s, then by 7 N a rotor for ever."""
+    hovering.spoil_down = lambda one: None if one.topic is topics.CONFIG else one
+    hovering.tick(HALT)
+    hovering.fly(1.0)
+    assert hovering.pilot.pilot.flying.state == FlightState.STOP
+    assert hovering.robot._spinal.thrusts is not None
+    assert hovering.robot._spinal.thrusts.max() == 0.0
+    assert hovering.where[-1][2] < STAND + 0.01
+    hovering.spoil_down = lambda one: one
+    hovering.until(FlightState.ARM_OFF, 0.2)
+    assert not hovering.armed
+
+
 def test_a_robot_that_lies_on_its_side_does_not_start() -> None:
     wire = Wire()
     plant = wire.robot.plant
