@@ -86,6 +86,8 @@ class Wire:
         self.names.update(one.topic.name for one in self.up)
         self.where.append(self.robot.plant.truth().position.copy())
         self.k += 1
+        if self.pacer.stood_still(self.pilot.caught_up):
+            self.pacer.forgive()
         assert self.pilot.last is not None
         self.said += self.pilot.last.said
 
@@ -115,6 +117,14 @@ class Wire:
             self.up = deque(self.robot.tick([], self.pacer.time()))
             self.where.append(self.robot.plant.truth().position.copy())
             self.k += 1
+
+    def stand_still(self, seconds: float) -> None:
+        """The controller's computer stands still; what the robot says meanwhile waits for it."""
+        self.robot.tick(self.heard(self.down, "/skylimb", self.pacer.time()), self.pacer.time())
+        for _ in range(round(seconds / 0.005)):
+            self.pacer._sleep(0.005)
+            self.up += self.robot.tick([], self.pacer.time())
+            self.where.append(self.robot.plant.truth().position.copy())
 
     def restart(self) -> None:
         """The controller's process was killed; another one begins, and knows nothing."""

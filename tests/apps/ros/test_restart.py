@@ -11,6 +11,7 @@ from skylimb.analysis.exchange import lab_topics as topics
 from skylimb.apps.ros.grounded import STAND
 from skylimb.apps.ros.messages import Outgoing
 from skylimb.apps.ros.states import FlightState
+from skylimb.flight.realtime.guard import STALLED
 from wired import SOON, Wire, in_hover
 
 HALT, FORCE, LAND = (f"teleop_command/{word}" for word in ("halt", "force_landing", "land"))
@@ -87,6 +88,39 @@ def test_a_robot_that_is_knocked_over_in_the_air_is_disarmed(hovering: Wire) -> 
     assert "the supervisor has cut the rotors: the flight controller is disarmed" in hovering.said
 
 
+def test_a_computer_that_stood_still_finds_the_robot_anew_and_lands_it(hovering: Wire) -> None:
+    """Its thrusts stood still too; by what was predicted before no pose was believed, and it fell."""
+    hovering.stand_still(0.52)
+    leans = list[float]()
+    hovering.tick()
+    assert hovering.pilot.pilot.flying.state == FlightState.LAND
+    while hovering.pilot.pilot.flying.state == FlightState.LAND:
+        hovering.tick()
+        _, x, y, _ = hovering.robot.plant.truth().quaternion
+        leans.append(2.0 * float(np.arcsin(np.hypot(x, y))))
+    hovering.until(FlightState.ARM_OFF, 1.0)
+    assert not hovering.armed
+    assert hovering.pilot.faults[STALLED] == 1
+    assert hovering.pilot.faults["jump"] == 0
+    assert max(leans) < 0.65
+    assert leans[-1] < 0.25
+    assert hovering.where[-1][2] < STAND + 0.01
+    assert "the supervisor has cut the rotors: the flight controller is disarmed" not in hovering.said
+
+
+def test_a_cut_stays_a_cut_when_the_computer_stands_still(hovering: Wire) -> None:
+    flight = hovering.pilot.pilot.flight
+    assert flight is not None
+    flight._guard.stop()
+    hovering.spoil_down = lambda one: None if one.topic is topics.CONFIG else one
+    hovering.fly(0.05)
+    assert flight.cut
+    hovering.stand_still(0.6)
+    hovering.fly(0.1)
+    assert flight.cut
+    assert hovering.pilot.pilot.flying.state == FlightState.STOP
+
+
 @pytest.mark.parametrize("order", [HALT, FORCE])
 def test_whoever_believes_that_nothing_flies_stops_it_all_the_same(hovering: Wire, order: str) -> None:
     killed(hovering, 0.05)
@@ -136,6 +170,22 @@ def test_a_disarm_is_repeated_until_it_is_heard_and_a_board_that_others_arm_agai
     assert hovering.armed
     hovering.fly(0.6)
     assert "the flight controller is armed still: it is stopped again" in hovering.said
+    assert not hovering.armed
+
+
+def test_a_board_that_does_not_hear_that_it_is_disarmed_hears_that_it_is_to_thrust_no_more(
+    hovering: Wire,
+) -> None:
+    """It flew on with its last thrusts for 0.5 s, then by 7 N a rotor for ever."""
+    hovering.spoil_down = lambda one: None if one.topic is topics.CONFIG else one
+    hovering.tick(HALT)
+    hovering.fly(1.0)
+    assert hovering.pilot.pilot.flying.state == FlightState.STOP
+    assert hovering.robot._spinal.thrusts is not None
+    assert hovering.robot._spinal.thrusts.max() == 0.0
+    assert hovering.where[-1][2] < STAND + 0.01
+    hovering.spoil_down = lambda one: one
+    hovering.until(FlightState.ARM_OFF, 0.2)
     assert not hovering.armed
 
 

@@ -129,6 +129,14 @@ class Airborne:
         )
         return next((words for holds, words in reasons if holds), "")
 
+    def wake(self, now: float, body: Body | None) -> None:
+        """Lead it down from where it is found after a time in which nobody commanded it."""
+        self._guard.wake()
+        place = self.targets.at(now)[0].place if body is None else Place(body.cog, body.yaw, self.form)
+        self.targets = self.targets.hold(place, now)
+        if self._landing is not None:
+            self.land(now)
+
     def land(self, now: float) -> None:
         """Lead it down from here, back from the surface first where it may touch one."""
         touching = self.script is not None and self.script.begun and self.script.mission.contact

@@ -36,13 +36,12 @@ class Both(Piloted):
         flyer: who flies it; its pacer is not looked at.
     """
 
-    slows = True
-
     def __init__(self, takeoff: Takeoff, flyer: Flyer) -> None:
         self.plant = GroundedPlant(takeoff)
         flyer = replace(flyer, pacer=stepped(flyer.period), needs_battery=False)
         super().__init__(flyer, self.plant.layout)
         self._pacer.start()
+        self.caught_up = 1
         self._begun: float | None = None
         self._torque = np.ones(flyer.robot.n_joints + flyer.robot.n_vectoring)
         self._takeoff, self._missions = takeoff, flyer.missions

@@ -17,6 +17,7 @@ from skylimb.apps.ros.bridge import Bridge
 from skylimb.apps.ros.messages import Arrived, Outgoing
 from skylimb.apps.ros.piloted import Piloted
 from skylimb.apps.ros.simulated import Simulated
+from skylimb.apps.ros.states import FlightState
 from skylimb.apps.ros.tick import Tick
 from skylimb.base.aside import UNREAD, Words, said_aside
 from skylimb.base.interrupts import ENDS, answering, insists, unfrozen
@@ -103,11 +104,11 @@ class Node:
                 k = 0
                 while not self._done():
                     self._late.append(self._pacer.wait(k))
-                    if self._profile.slows and self._pacer.missed:
-                        self._pacer.forgive()
                     arrived = self._arrived()
                     messages = self._profile.tick(arrived, time.time())
                     messages += answers(arrived, self._profile.last)
+                    if self._pacer.stood_still(self._profile.caught_up):
+                        self._pacer.forgive()
                     self._bridge.carry(messages)
                     if self._recorder is not None:
                         self._recorder.take(messages)
@@ -149,7 +150,7 @@ class Node:
 
     def _done(self) -> bool:
         last = self._profile.last
-        stands = last is None or not last.motors
+        stands = last is None or last.flying.state == FlightState.ARM_OFF
         asked = self._to_end > 1 or (self._to_end == 1 and stands)
         return asked or self._bridge.closed or bool(self._profile.over)
 

@@ -74,7 +74,12 @@ class Pilot:
     def tick(self, inputs: Inputs) -> Tick:
         """One tick."""
         said, received = list[str](), inputs.received
+        stood = self.flyer.pacer.stood_still(self.flyer.guard_limits.overruns)
+        if stood:
+            self._watch.forget()
         body = self._body(inputs)
+        if stood and self.flight is not None:
+            self.flight.wake(inputs.now, body)
         self._now = inputs, body
         self._feel(inputs, body)
         self._advance(inputs, body, said)

@@ -34,12 +34,10 @@ class Piloted(ABC):
         layout: of what is recorded of the robot.
 
     Attributes:
-        slows: whether it is slow on a busy computer, as its time goes on with its ticks.
+        caught_up: ticks that are caught up when they come late, at most.
         last: the last tick; None before the first one.
         kept: flights and missions so far.
     """
-
-    slows = False
 
     def __init__(self, flyer: Flyer, layout: Layout[dict[str, Any]]) -> None:
         self.pilot, self._pacer, self._period = Pilot(flyer), flyer.pacer, flyer.period
@@ -48,6 +46,7 @@ class Piloted(ABC):
         self._live = LiveRecord(flyer.plan, layout, self.pilot.rehearsed())
         self._k, self._heard = 0, Heard()
         self._limp = frozenset[bool]()
+        self.caught_up = flyer.guard_limits.overruns
         self.last: Tick | None = None
         self.kept: list[PendingRun] = []
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Mapping
 
@@ -76,6 +77,7 @@ class Simulated:
         dialect: Dialect = LAB,
     ) -> None:
         self.slows = slows
+        self.caught_up = 1 if slows else math.inf
         robot = takeoff.robot
         self._period, self._pacer, self._cells = takeoff.period, pacer, cells
         self._inner = round(pacer.period / takeoff.period)

@@ -12,7 +12,7 @@ from skylimb.analysis.exchange.body import Body
 from skylimb.analysis.exchange.lab_ticks import Names, TickView
 from skylimb.analysis.exchange.messages import Joints, Nav, Path, Pose
 from skylimb.apps.ros.script import Script
-from skylimb.apps.ros.states import Flying, Order
+from skylimb.apps.ros.states import FlightState, Flying, Order
 from skylimb.control.estimation.records import Measurement, Taken
 from skylimb.control.missions.reference import Reference
 from skylimb.control.records import Command
@@ -120,7 +120,8 @@ class Tick:
             self.body,
             None if measured is None else np.concatenate(measured[4:6]),
             tuple(self.driven),
-            self.motors,
+            # A board that does not hear that it is disarmed hears that it is to thrust no more.
+            self.motors or self.flying.state == FlightState.STOP,
             self.signals,
             magnetic_field=(0.0, 0.0, 0.0),
             state=self.flying.shown,

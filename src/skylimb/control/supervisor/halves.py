@@ -120,6 +120,10 @@ class Halves:
         self.sight: Any = None
         self.mode, self.started, self.late, self.slow = 0.0, False, 0.0, 0.0
 
+    def begin(self) -> None:
+        """Forget all that was seen."""
+        self._state[:] = self._made.first
+
     def look(self, told: Told, measurement: Measurement | None, reference: Reference) -> Any:
         """What the controller is given; see `before`."""
         for name, value in zip(Told._fields, told, strict=True):

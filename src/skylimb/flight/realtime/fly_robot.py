@@ -54,9 +54,6 @@ LISTEN = 0.2
 ENDED = "ended by its user"
 """Why a flight is broken off that Ctrl-C, or the system, ends."""
 
-STALLED = "this computer stood still"
-"""Why one is broken off that had no tick for longer than its limit of overruns."""
-
 
 def fly_robot(
     link: Link,
@@ -157,11 +154,11 @@ def _fly(
         try:
             for k in due:
                 guard.delayed(vehicle.loop_delay)
+                if stood := clock.stood_still(guard.limits.overruns):
+                    guard.wake()
                 at, flown = driver.tick(k), k + 1
-                if clock.late > guard.limits.overruns * clock.period:
-                    # Caught up, hundreds of ticks fly by one measurement, and their commands come at once.
+                if stood:
                     clock.forgive()
-                    guard.retreat(STALLED)
                 ticks.flown(k, driver.log[k])
                 seen = measured_at(driver, k)
                 if guard.retreating:

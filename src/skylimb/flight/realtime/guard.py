@@ -31,6 +31,9 @@ _log = logging.getLogger(__name__)
 FAILED = "the controller failed"
 """Why a flight is broken off whose controller raises."""
 
+STALLED = "this computer stood still"
+"""Why one is broken off that had no tick for longer than its limit of overruns."""
+
 SLOW = "commands take too long"
 """Why one is broken off whose robot gets them too late."""
 
@@ -58,6 +61,9 @@ WORDS = {
 
 COUNTED = ("stale", "blind", "numb")
 """Bits that are counted among the faults of a flight."""
+
+FRESH = 0.1
+"""Seconds for which a measurement shows where a robot is that nobody has commanded for a while."""
 
 _MARGIN = 1e-6
 """Radians, or parts of a newton, by which a command may be off its limits by rounding."""
@@ -99,7 +105,7 @@ class GuardedController:
         self._last = Taken()
         self.flown: Reference | None = None
         self.counts, self.failed, self.why, self.sees = Faults(), "", "", False
-        self._delay = 0.0
+        self._delay, self._wakes = 0.0, False
 
     @property
     def mode(self) -> str:
@@ -144,6 +150,15 @@ class GuardedController:
             self.why = self.why or why
         self._told = self._told._replace(land=1.0)
 
+    def wake(self) -> None:
+        """Lead it back after a time without ticks; it is begun anew as soon as a fresh measurement comes.
+
+        What was predicted, observed and integrated before is not true of the robot that is found then: by its
+        prediction no pose would be believed.
+        """
+        self._wakes, self.flown = True, None
+        self.retreat(STALLED)
+
     def stop(self) -> None:
         """Command the least at the next tick and from then on."""
         self._told = self._told._replace(stop=1.0)
@@ -176,6 +191,9 @@ class GuardedController:
             self.counts.note("guard", "missed tick")
         (pose, joints), measured = self._fresh(), self._shaped(measurement)
         known = measured is not None
+        if self._wakes and known and measurement.capture_age <= FRESH and self.mode != "CUT":
+            halves.begin()
+            state, pose, joints, missed, self._wakes = self.initial_state(), True, True, False, False
         told = self._told._replace(
             pose=float(pose and known), joints=float(joints and known), late=float(missed)
         )

@@ -29,11 +29,11 @@ class Pacer:
         self.period = period
         self._period, self._spin = round(period * 1e9), round(spin * 1e9)
         self._now, self._sleep = now, sleep
-        self._start = self._deadline = self._begun = now()
+        self._origin = self._start = self._deadline = self._begun = now()
 
     def start(self, delay: float = 0.0) -> None:
         """Tick 0 is due in `delay` seconds."""
-        self._start = self._deadline = self._begun = self._now() + round(delay * 1e9)
+        self._origin = self._start = self._deadline = self._begun = self._now() + round(delay * 1e9)
 
     def wait(self, k: int) -> float:
         """Return when tick `k` is due, at once if that is over; how late it then is, s."""
@@ -47,7 +47,10 @@ class Pacer:
         return -left * 1e-9
 
     def forgive(self) -> None:
-        """What was lost is not caught up: later ticks are due as if the present one had begun in time."""
+        """What was lost is not caught up: later ticks are due as if the present one had begun in time.
+
+        Caught up, hundreds of ticks fly by one measurement, and their commands come at once.
+        """
         self._start += self._begun - self._deadline
         self._deadline = self._begun
 
@@ -61,6 +64,10 @@ class Pacer:
         """Whether the present tick began when the next one was due already."""
         return self._begun - self._deadline >= self._period
 
+    def stood_still(self, ticks: float) -> bool:
+        """Whether the present tick began more than so many periods late: nobody ticked meanwhile."""
+        return self._begun - self._deadline > ticks * self._period
+
     def clock(self) -> float:
         """The clock itself, s; no start changes it."""
         return self._now() * 1e-9
@@ -68,7 +75,7 @@ class Pacer:
     @property
     def started(self) -> float:
         """When tick 0 was due, s on the clock."""
-        return self._start * 1e-9
+        return self._origin * 1e-9
 
     def time(self) -> float:
         """Time since tick 0 was due, s."""

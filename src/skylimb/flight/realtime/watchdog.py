@@ -55,6 +55,10 @@ class Watchdog:
         self.good: Measurement | None = None
         self._time = -np.inf  # of the last good one
 
+    def forget(self) -> None:
+        """Believe the next measurement whatever was believed before."""
+        self.good, self._time = None, -np.inf
+
     def judge(self, measurement: Measurement | None, taken: float) -> None:
         """Take a measurement, or None where nothing new has come, that was taken at a time, s."""
         if measurement is None or not taken > self._time:
