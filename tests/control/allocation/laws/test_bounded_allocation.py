@@ -13,7 +13,7 @@ from made_robots import multirotor
 from skylimb.base.errors import ConfigError
 from skylimb.base.packing import Layout, numeric
 from skylimb.base.rotations import rotation_from_rpy
-from skylimb.control.allocation.laws import bounded, pseudoinverse
+from skylimb.control.allocation.laws import bounded, pseudoinverse, vectored
 from skylimb.control.allocation.leak import TorqueLeak
 from skylimb.control.allocation.rotor_lag import RotorLag
 from skylimb.control.allocation.thrusts import unlimited
@@ -130,6 +130,16 @@ def test_too_much_yaw_costs_yaw_and_not_roll_pitch_or_lift(
     assert missing[3:5].max() < 0.05
     assert missing[2] < 0.5
     assert missing[5] > 1.0
+
+
+@pytest.mark.parametrize("torque", [[0.2, -0.3, 0.5], [0.5, 1.0, 12.0]])
+def test_side_force_by_vectoring_angles_has_the_same_thrusts(
+    at: LawInput, before: bounded.State, wanting: Callable[..., Demand], torque: Any
+) -> None:
+    demand, state = wanting(torque), vectored.State(before.leak, before.rotors, np.zeros(4))
+    _, mine, _ = vectored.step(numeric(vectored.Gains()), state, at, demand)
+    _, theirs, _ = bounded.step(gains(hold_lift=True), before, at, demand)
+    np.testing.assert_array_equal(mine.command.thrusts, theirs.command.thrusts)
 
 
 def test_the_weights_say_what_gives_way(

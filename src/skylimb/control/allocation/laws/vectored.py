@@ -1,7 +1,8 @@
 """Lift and torque by the thrusts, side force by small moves of the vectoring angles and by the tilt.
 
 The rotors turn by a few degrees at once, where a tilt takes its time (`allocation.lateral`). The side force
-that the thrusts make without any move is the leak, and the tilt gives the rest.
+that the thrusts make without any move is the leak, and the tilt gives the rest. Beyond the limits the thrusts
+are those of the nearest wrench (`allocation.bounded`): a yaw that the rotors cannot give costs no roll and pitch.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ from skylimb.control.allocation.lateral import Moves, lateral_move
 from skylimb.control.allocation.laws import pseudoinverse
 from skylimb.control.allocation.leak import Leak, follow_leak
 from skylimb.control.allocation.rotor_lag import RotorLag, Rotors, allocated, at_rest, known_reaction
-from skylimb.control.allocation.thrusts import allocate
+from skylimb.control.allocation.laws.bounded import Weights, nearest_thrusts
+from skylimb.control.allocation.thrusts import unlimited
 from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.needs import Needs
 from skylimb.control.records import Allocated, Demand, LawInput
@@ -38,6 +40,7 @@ class Gains:
     hold_lift: Annotated[
         bool, Key("", "whether the thrusts for a torque are chosen so that they do not lift")
     ] = True
+    weights: Weights = field(default_factory=Weights)
     leak: Leak = field(default_factory=Leak)
     rotor_lag: RotorLag = field(default_factory=RotorLag)
     vectoring: Vectoring = field(default_factory=Vectoring)
@@ -68,10 +71,11 @@ def step(gains: Any, state: State, inputs: LawInput, demand: Demand) -> tuple[St
     """Thrusts for lift and torque, and vectoring angles for the side force."""
     body, limits, dt = inputs.estimate.body, inputs.robot.thrust_limits(), inputs.dt
     reaction = known_reaction(gains.rotor_lag, state.rotors, inputs)
-    thrusts = allocate(body, demand.force, demand.torque, limits, gains.hold_lift, reaction)
+    wanted = unlimited(body, demand.force, demand.torque, gains.hold_lift, reaction)
+    thrusts = nearest_thrusts(gains.weights, body.model.allocation_C, wanted.total, limits)
     move, side = lateral_move(gains.vectoring, state.move, inputs, demand)
     leak = follow_leak(gains.leak, state.leak, body.R_WC @ side, dt)
     angles = demand.vectoring_angles + move
     angles = angles + (gains.vectoring.lead - 1.0) * (angles - inputs.measurement.vectoring_angles)
-    end, given = allocated(gains.rotor_lag, state.rotors, thrusts.total, inputs, demand.joint_angles, angles)
+    end, given = allocated(gains.rotor_lag, state.rotors, thrusts, inputs, demand.joint_angles, angles)
     return State(leak, end, move), given, {}
