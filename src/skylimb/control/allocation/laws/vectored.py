@@ -2,7 +2,7 @@
 
 The rotors turn by a few degrees at once, where a tilt takes its time (`allocation.lateral`). The side force
 that the thrusts make without any move is the leak, and the tilt gives the rest. Beyond the limits the thrusts
-are those of the nearest wrench (`allocation.bounded`): a yaw that the rotors cannot give costs no roll and pitch.
+are those of the nearest wrench, as in `bounded`: a yaw that the rotors cannot give costs no roll and pitch.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ import numpy as np
 from skylimb.base.keys import Key, configuration
 from skylimb.control.allocation.lateral import Moves, lateral_move
 from skylimb.control.allocation.laws import pseudoinverse
+from skylimb.control.allocation.laws.bounded import Weights, nearest_thrusts
 from skylimb.control.allocation.leak import Leak, follow_leak
 from skylimb.control.allocation.rotor_lag import RotorLag, Rotors, allocated, at_rest, known_reaction
-from skylimb.control.allocation.laws.bounded import Weights, nearest_thrusts
 from skylimb.control.allocation.thrusts import unlimited
 from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.needs import Needs
