@@ -323,7 +323,8 @@ def test_the_presets_are_what_has_been_flown(robot: Robot) -> None:
         "landing_cancel": [0.0, 0.0], "leaving_swing": [0.0, 0.0],
     }  # fmt: skip
     assert flattened(following, "allocation") == {
-        "hold_lift": True, "leak.compensate": True, "leak.cutoff": 3.0, "rotor_lag.compensate": True,
+        "hold_lift": True, "weights.roll_pitch": 10.0, "weights.lift": 3.0, "weights.sideways": 1.0,
+        "weights.yaw": 0.3, "leak.compensate": True, "leak.cutoff": 3.0, "rotor_lag.compensate": True,
         "rotor_lag.time_constant": 0.05, "rotor_lag.lead": 2.0, "rotor_lag.bandwidth": 120.0,
         "rotor_lag.reaction": True, "vectoring.purpose": "contact",
         "vectoring.limit": 0.5, "vectoring.damping": 0.5, "vectoring.cutoff": 2.0, "vectoring.lead": 2.0,
@@ -366,7 +367,9 @@ def test_what_a_law_does_where_no_preset_says_otherwise() -> None:
         "offset": 0.0,
     }
     assert to_mapping(vectored.Gains()) == {
-        "hold_lift": True, "leak": {"compensate": False, "cutoff": 0.5},
+        "hold_lift": True,
+        "weights": {"roll_pitch": 10.0, "lift": 3.0, "sideways": 1.0, "yaw": 0.3},
+        "leak": {"compensate": False, "cutoff": 0.5},
         "rotor_lag": {
             "compensate": False, "time_constant": 0.05, "lead": 2.0, "bandwidth": 1e6, "reaction": False
         },
