@@ -318,3 +318,16 @@ def test_a_servo_that_turns_round_and_round_is_made_up_for_by_the_others(servo: 
     assert np.abs(turned[-1] - turned[600]).max() > 7.0
     numb = list(TABLE.bits).index("numb")
     assert not (log.supervisor_bits.values.astype(int) >> numb & 1).any()
+
+
+def test_a_joint_that_a_servo_drives_elsewhere_is_made_up_for_by_the_rotors() -> None:
+    """With the vectoring angles as they were the robot tipped over, past 1 rad, as the arm stretched."""
+    runs = {"kind": "joint", "time": 7.3, "joint": "joint2", "speed": 0.5}
+    log = skylimb.run(
+        "paper", "drawing", set={"events": [runs], "supervisor.on": True, "supervisor.losses": True}
+    ).log
+    assert float(log.supervisor_mode.values[-1]) == 3.0
+    quaternion = log.root_quaternion.values
+    tilt = np.arccos(1.0 - 2.0 * (quaternion[:, 1] ** 2 + quaternion[:, 2] ** 2))
+    assert tilt.max() < 0.2
+    assert log.root_position.values[-1, 2] < 0.2  # it has come down

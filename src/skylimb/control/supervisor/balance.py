@@ -1,4 +1,4 @@
-"""Vectoring angles beside joints that no servo holds any more: with them the others carry the robot level.
+"""Vectoring angles beside joints that are not where they were sent: with them the robot stays level.
 
 Rotors with vectoring are tilted: one whose servo turns on and on pushes to all sides in turn, and those on a
 joint that gives way fold the arm. Three rotors that turn along make up for either. For angles psi of theirs
@@ -11,12 +11,14 @@ with A the rotors' wrench in level axes. One damped Gauss-Newton step a tick tak
     d_psi = -(J^T J + mu E)^-1 J^T r,      J = dr/dpsi exactly,
 
 from where the angles are, so that they never jump from one balance to another. A servo that runs away is
-taken where it will be once those of the others, which lag, have followed.
+taken where it will be once those of the others, which lag, have followed. Where a servo bends the arm to a
+shape that nobody wanted, the angles of the nominal posture carry the robot on its side.
 """
 
 from __future__ import annotations
 
 import functools
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -43,13 +45,21 @@ RATE = 3.5
 
 
 def balanced(
-    robot: Robot, loose: Array, measured: Measurement, speeds: Array, axes: Array, angles: Array, dt: float
+    robot: Robot,
+    loose: Array,
+    strayed: Any,
+    measured: Measurement,
+    speeds: Array,
+    axes: Array,
+    angles: Array,
+    dt: float,
 ) -> Array:
     """Vectoring angles of a tick, rad, (nv,).
 
     Args:
         robot: the model.
         loose: 1 for each joint that no servo holds, of the shape and then of the vectoring, (nq + nv,).
+        strayed: 1 where a servo has turned a joint of the shape elsewhere.
         measured: that is believed.
         speeds: of all joints by it, rad/s, (nq + nv,).
         axes: of the measured link, that are level, (3, 3).
@@ -65,7 +75,7 @@ def balanced(
     J = J @ diagonal(1.0 - runs)
     step = solve_positive(J.T @ J + DAMPING * np.eye(robot.n_vectoring), -(J.T @ rest))
     step = step * (RATE * dt / max(max(abs(step)), RATE * dt))
-    return where(max(loose) > 0.5, angles + step, angles)
+    return where(max(loose) + strayed > 0.5, angles + step, angles)
 
 
 @functools.lru_cache(maxsize=16)

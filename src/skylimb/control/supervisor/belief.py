@@ -84,8 +84,8 @@ def believed(
 
 
 def _upright(watch: Watch, body: BodyState) -> tuple[Watch, BodyState]:
-    """A robot whose vectoring angles make up for a part that is lost keeps the axes that it had before."""
-    lost = max(stack(watch.loose, where(watch.loss.left > 0.0, 0.0, 1.0)))
+    """A robot whose vectoring angles make up for a part that is lost or astray keeps the axes that it had."""
+    lost = max(stack(watch.strayed, watch.loose, where(watch.loss.left > 0.0, 0.0, 1.0)))
     keeps = lost * within(watch.mode, DESCEND, CUT)
     axes = where(keeps > 0.5, watch.axes, body.model.R_root_C)
     return watch._replace(axes=axes), chosen(keeps > 0.5, seen_from(body, axes), body)

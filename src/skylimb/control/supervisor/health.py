@@ -89,6 +89,7 @@ def examined(
     each = each * calm * within(late.late, 0.0, MOST)
     astray = max(each) if each.shape[0] else 0.0
     loose = _loose(robot, watch, each, speeds)
+    strayed = _strayed(robot, watch, each * (1.0 - loose))
     # A robot that swings, as frames are older than its model assumes, or that bends where nobody sent it,
     # looks like one without a rotor; so does one whose pose has just come back, or whose twist is the model's
     # as what is seen of it does not fit the poses.
@@ -105,7 +106,9 @@ def examined(
     )
     loss, observer = _given_up(limits, watch.loss, found, lost, descending, prediction.observer, body)
     prediction = prediction._replace(observer=observer)
-    watch = watch._replace(prediction=prediction, loss=loss, servos=servos, loose=loose, late=late)
+    watch = watch._replace(
+        prediction=prediction, loss=loss, servos=servos, loose=loose, strayed=strayed, late=late
+    )
     return watch, Health(lost, astray)
 
 
@@ -132,6 +135,14 @@ def _loose(robot: Robot, watch: Watch, astray: Array, speeds: Array) -> Array:
     least[: robot.n_joints] = FASTER * robot.description.shape_servos.speed_limit
     known = within(watch.mode, DESCEND, CUT) * over(max(watch.loose), 0.5)
     return where(known > 0.5, watch.loose, astray * where(abs(speeds) >= least, 1.0, 0.0))
+
+
+def _strayed(robot: Robot, watch: Watch, astray: Array) -> Any:
+    """1 where a joint of the shape is astray; the arm stays another one as long as the robot descends."""
+    if not robot.n_joints:
+        return watch.strayed
+    known = within(watch.mode, DESCEND, CUT) * watch.strayed
+    return where(known > 0.5, 1.0, max(astray[: robot.n_joints]))
 
 
 def _given_up(

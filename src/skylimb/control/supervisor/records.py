@@ -86,6 +86,7 @@ class Watch(NamedTuple):
         loss: which rotor has lost thrust.
         servos: where they should have turned the joints.
         loose: 1 for each joint that its servo holds no more, shape and vectoring together, (n_joints + nv,).
+        strayed: 1 where a shape joint goes elsewhere than it is sent, by its servo: it has not let go.
         axes: of the measured link, in which it is level, as they were before a part was lost, (3, 3).
         late: how late measurements are.
         stamped: what their stamps alone say of that.
@@ -104,6 +105,7 @@ class Watch(NamedTuple):
     loss: Loss
     servos: Servos
     loose: Array
+    strayed: Any
     axes: Array
     late: Lateness
     stamped: Stamped
@@ -153,6 +155,7 @@ def initial_watch(robot: Robot, imu: bool = False) -> Watch:
         loss=initial_loss(robot.n_rotors),
         servos=initial_servos(robot),
         loose=np.zeros(robot.n_joints + robot.n_vectoring),
+        strayed=0.0,
         axes=np.eye(3),
         late=Lateness(),
         stamped=Stamped(),

@@ -110,7 +110,7 @@ def instead(
     if limits.losses:
         speeds = watch.prediction.rates.rates
         loose = descents.unanswered(watch.loose)
-        angles = balanced(robot, loose, sight.measurement, speeds, watch.axes, angles, dt)
+        angles = balanced(robot, loose, watch.strayed, sight.measurement, speeds, watch.axes, angles, dt)
     last = watch.command._replace(thrusts=thrusts, vectoring_angles=angles)
     return chosen(watch.started > 0.5, last, first)
 
