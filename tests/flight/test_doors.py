@@ -42,7 +42,7 @@ GAIN = {"kind": "gain", "time": 0.5, "key": "translation.normalized_stiffness", 
 PUSH = {"kind": "push", "time": 0.9, "duration": 0.4, "force": [0.4, 0.2, 0.0]}
 SURFACE = {"kind": "surface", "time": 0.3, "present": False}
 ROTOR = {"kind": "rotor", "time": 0.5, "latest": 0.8, "rotor": "rotor2", "effectiveness": 0.8}
-# Not limp: with all else together a guard would rightly say that rates and poses do not fit.
+# Not limp, and speeds but a little wrong: a guard would rightly say that rates and poses do not fit.
 JOINT = {"kind": "joint", "time": 0.5, "joint": "joint2", "strength": 0.5, "duration": 0.3}
 TICK = {"kind": "tick", "time": 0.6, "duration": 0.05}
 WIND = {"kind": "wind", "time": 0.5, "duration": 0.6, "velocity": [0.0, 4.0, 0.0]}
@@ -53,8 +53,8 @@ SENSOR = {
     "duration": 0.3,
     "capture": "disordered",
     "late": 0.02,
-    "velocity": 0.5,
-    "rates": -1.0,
+    "velocity": 0.9,
+    "rates": 0.9,
     "joint": "joint2",
     "stuck": "encoder",
 }

@@ -36,7 +36,7 @@ def test_the_page_tells_the_verdict(experiment: str, controller: str) -> None:
 
 
 def test_a_press_of_4_newtons_is_missed_because_it_is_eased() -> None:
-    """Whoever presses on instead loses the robot."""
+    """Whoever presses on instead leaves a quarter of the line out."""
     run = skylimb.run("paper", "following", set={FORCE: 4.0})
     assert run.status == "OK"
     assert run.done is False
@@ -47,7 +47,8 @@ def test_a_press_of_4_newtons_is_missed_because_it_is_eased() -> None:
     assert sum(limit["error"] for limit in limits.values()) == pytest.approx(run.metrics["force_error_mean"])
     assert max(limits[name]["share"] for name in ("saturated", "rotors")) < 0.05
     assert "the press was eased while the pen lagged its path" in run.missed[0]
-    assert skylimb.run("paper", "following", set={FORCE: 4.0, "controller.contact.least_ease": 1.0}).failed
+    pressing = skylimb.run("paper", "following", set={FORCE: 4.0, "controller.contact.least_ease": 1.0})
+    assert pressing.metrics["line_covered"] < 0.9
 
 
 def test_a_press_of_2_newtons_is_done() -> None:
