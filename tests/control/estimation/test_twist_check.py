@@ -31,7 +31,9 @@ def swinging(
     return Measurement(position, q, velocity, rates, np.zeros(3), np.zeros(4))
 
 
-def checked(change, every: int = 1, noise: float = 1e-3, time: float = 6.0) -> list[TwistCheck]:
+def checked(
+    change, every: int = 1, noise: float = 1e-3, time: float = 6.0, gates: TwistGates = GATES
+) -> list[TwistCheck]:
     """What is remembered at each tick of a flight whose poses come at every so many ticks."""
     rng, state, found = np.random.default_rng(1), TwistCheck(), []
     seen = before = swinging(0.0, noise, rng)
@@ -40,7 +42,7 @@ def checked(change, every: int = 1, noise: float = 1e-3, time: float = 6.0) -> l
         if new:
             seen = change(k * DT, swinging(k * DT, noise, rng))
         state, velocity, rates = check_twist(
-            GATES, state, seen, before, seen, 1.0, float(new), float(k > 0), DT
+            gates, state, seen, before, seen, 1.0, float(new), float(k > 0), DT
         )
         if not state.wrong:
             np.testing.assert_array_equal(velocity, seen.velocity)
@@ -95,6 +97,8 @@ def test_speeds_that_are_scaled_are_wrong_long_before_that_adds_up(speeds: str, 
     assert 2.0 < np.argmax(wrong) * DT < 3.0
     assert max(np.linalg.norm(one.off_way) for one in states) < GATES.twist_way
     assert max(np.linalg.norm(one.off_turn) for one in states) < GATES.twist_turn
+    rng = np.random.default_rng(2)
+    assert not checked(scaled, gates=TwistGates(twist_share=1e3))[-1].wrong  # only what adds up counts
 
 
 @pytest.mark.parametrize("older", [-0.02, 0.02])

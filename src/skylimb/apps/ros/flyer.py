@@ -26,6 +26,10 @@ from skylimb.robots.model import Robot
 FLOOR = -0.5
 """Height at which the descent of a retreat ends, m: below any ground, as what stands does not sink."""
 
+SCALED = 1e3
+"""Share by which a twist may be off along the way. On ROS it is that of the capture's link: joints that turn
+between it and the measured link show at once in the poses and late in the twist."""
+
 
 @dataclass(frozen=True)
 class Flyer:
@@ -91,7 +95,7 @@ class Flyer:
 
     def guard(self) -> GuardedController:
         """The controller of a flight, guarded."""
-        limits = replace(self.guard_limits, floor=FLOOR)
+        limits = replace(self.guard_limits, floor=FLOOR, twist_share=SCALED)
         return GuardedController(self.controller, self.robot, self.pacer, limits)
 
     def held(self, target: Target) -> Reference:

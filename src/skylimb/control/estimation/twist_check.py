@@ -41,9 +41,6 @@ FOLLOWS = 30.0
 STEP = 0.015
 """Greatest error that one pose adds, m or rad: a jump of the capture says nothing of the twist."""
 
-SHARE = 0.35
-"""Of the way that poses go, by which velocity may be off: it is scaled where it is more."""
-
 LEAST = 0.15
 """Of how far twist and poses may be apart, below which no share is looked at: more than one pose comes to."""
 
@@ -62,6 +59,15 @@ class TwistGates:
         ),
     ] = 0.1
     twist_turn: Annotated[float, Key("rad", "the same of turns and rates", above=0.0, high=1e3)] = 0.12
+    twist_share: Annotated[
+        float,
+        Key(
+            "",
+            "share of the way that poses go, along which velocity or rates may be off",
+            above=0.0,
+            high=1e3,
+        ),
+    ] = 0.35
 
 
 class TwistCheck(NamedTuple):
@@ -146,7 +152,8 @@ def check_twist(
 
     fits = within(dot(sum_way, sum_way), 0.0, gates.twist_way**2)
     fits = fits * within(dot(sum_turn, sum_turn), 0.0, gates.twist_turn**2)
-    fits = fits * _unscaled(along_way, gates.twist_way) * _unscaled(along_turn, gates.twist_turn)
+    fits = fits * _unscaled(along_way, gates.twist_way, gates.twist_share)
+    fits = fits * _unscaled(along_turn, gates.twist_turn, gates.twist_share)
     fits = fits * within(stack(same_velocity, same_rates), 0.0, SAME)
     wrong = where(fits > 0.5, state.wrong, 1.0)
 
@@ -177,9 +184,9 @@ def _along(last: Array, fade: Any, off: Array, gone: Array) -> Array:
     return fade * (last + (1.0 - fade) * stack(dot(off, gone), dot(gone, gone)))
 
 
-def _unscaled(along: Array, gate: float) -> Any:
+def _unscaled(along: Array, gate: float, share: float) -> Any:
     """1 where errors are no great share of the ways."""
-    most = (LEAST * gate) ** 2 + SHARE * along[1]
+    most = (LEAST * gate) ** 2 + share * along[1]
     return within(along[0], -most, most)
 
 
