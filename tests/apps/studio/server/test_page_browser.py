@@ -251,7 +251,7 @@ def test_an_act_is_undone_and_done_again(page: sync_api.Page, studio: Any) -> No
     field.press("Enter")
     wait_for(lambda: flown_gain(studio.session, "translation.normalized_stiffness")[0] == 3.25)
     until(page, "skylimbStudio.past.end > 1.0")
-    assert page.locator(".mark[data-kind=gain]").count() == 1
+    page.locator(".mark[data-kind=gain]").wait_for(state="attached")  # one: two would be an error
     field.press("1")
     page.keyboard.press("Control+z")  # of what is being typed
     assert field.input_value() == "3.25"
