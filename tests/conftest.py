@@ -6,6 +6,10 @@ from collections.abc import Generator, Iterator
 from types import SimpleNamespace
 from typing import Any
 
+# Before NumPy is loaded, here and in all that tests start. Threads of linear algebra wait for each other if
+# another worker has the next core: on a busy machine a test of eigenvalues took 123 s in place of 1.6.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import pytest
 from hypothesis import settings
 

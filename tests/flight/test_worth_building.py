@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from skylimb.base.c_code import c_source
 from skylimb.base.errors import CompileError
 from skylimb.flight import flying
 from skylimb.flight.drivers import machine_code
@@ -45,6 +46,12 @@ def test_a_flight_that_was_flown_often_is_native(
     for _ in range(machine_code.PAYS_AFTER + 2):
         flying.fly(takeoff)
     assert taken == ["here"] * machine_code.PAYS_AFTER + ["native"] * 2
+
+
+def test_the_code_of_a_tick_is_written_once_for_all_its_flights(make_takeoff: Callable[..., Takeoff]) -> None:
+    """It took a third of a flight's time, to see whether there is machine code for it."""
+    one, other = (make_takeoff("paper", "pid", {"seed": seed}) for seed in (1, 2))
+    assert c_source(one.tick.function) is c_source(other.tick.function)
 
 
 def test_a_tick_that_can_be_built_nowhere_flies_with_another_driver(

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import casadi as ca
 import numpy as np
 import pytest
@@ -27,7 +25,7 @@ from skylimb.control.supervisor.late_gains import MOST
 ROBOT, DT, ASSUMED, LAG = skylimb.load_robot("hydrus_xi_quad"), 0.005, 0.015, 0.05
 MODEL = ROBOT.at(ROBOT.nominal_posture(), np.zeros(ROBOT.n_vectoring))
 INERTIA = np.asarray(MODEL.inertia_C)
-STATE = Layout(Lateness())
+STATE, STAMPED = Layout(Lateness()), Layout(Stamped())
 
 
 def stepper() -> ca.Function:
@@ -157,9 +155,17 @@ def test_slow_rotors_are_not_looked_for_where_the_stamps_tell_of_latency_or_the_
     assert late > 0.0
 
 
-def by_stamps(
-    made: Sequence[float], came: Sequence[float], until: float, steps: dict[float, float]
-) -> np.ndarray:
+def judge() -> ca.Function:
+    """A compiled step of what stamps say: (state, age of the newest frame) -> (state, what is believed)."""
+    flat, age = ca.SX.sym("state", STAMPED.size), ca.SX.sym("age")
+    state, late = stamped(STAMPED.unpack(flat), age, 1.0, DT)
+    return ca.Function("judge", [flat, age], [ca.densify(STAMPED.pack(state)), ca.densify(late)])
+
+
+JUDGE = judge()
+
+
+def by_stamps(made: np.ndarray, came: np.ndarray, until: float, steps: dict[float, float]) -> np.ndarray:
     """What is believed at each tick of frames that were made and came at these times, s.
 
     Args:
@@ -168,14 +174,12 @@ def by_stamps(
         until: the last tick, s.
         steps: by how much the stamps' clock is set back, s, from when on.
     """
-    state, found, frames = Stamped(), [], list(zip(came, made, strict=True))
-    for now in np.arange(0.0, until, DT):
-        seen = [taken for at, taken in frames if at <= now + 1e-9]
-        if seen:
-            off = sum(step for at, step in steps.items() if at <= now + 1e-9)
-            state, late = stamped(state, now - seen[-1] + off, 1.0, DT)
-            found.append(float(late))
-    return np.array(found)
+    now = np.arange(0.0, until, DT)
+    newest = np.searchsorted(came, now + 1e-9, side="right") - 1
+    off = sum(step * (at <= now + 1e-9) for at, step in steps.items())
+    ages = (now - made[newest] + off)[newest >= 0]
+    _, late = JUDGE.mapaccum(len(ages))(STAMPED.pack(Stamped()), ages[None])
+    return late.full().ravel()
 
 
 @pytest.mark.parametrize("rate", [200.0, 100.0, 60.0, 30.0, 10.0])
@@ -186,12 +190,13 @@ def test_by_stamps_nothing_is_late_that_always_was_nor_what_a_clock_says_that_wa
 ) -> None:
     rng, made = np.random.default_rng(0), np.arange(0.0, 4.0, 1.0 / rate)
     came = np.maximum.accumulate(made + latency + rng.uniform(0.0, 0.01, len(made)))
-    assert not by_stamps(list(made), list(came), 4.0, {2.0: step, 3.0: -step}).any()
+    assert not by_stamps(made, came, 4.0, {2.0: step, 3.0: -step}).any()
 
 
 def test_by_stamps_frames_that_do_not_come_for_a_while_are_none_that_come_late() -> None:
-    made = [one for one in np.arange(0.0, 4.0, 0.01) if not 1.0 < one < 1.5]
-    assert not by_stamps(made, [one + 0.01 for one in made], 4.0, {}).any()
+    made = np.arange(0.0, 4.0, 0.01)
+    made = made[(made <= 1.0) | (made >= 1.5)]
+    assert not by_stamps(made, made + 0.01, 4.0, {}).any()
 
 
 @pytest.mark.parametrize("rate", [200.0, 100.0, 30.0])
@@ -203,7 +208,7 @@ def test_by_stamps_frames_that_come_later_are_believed_to_and_in_time_again(
     came = made + 0.01 + np.where((made > 2.0) & (made < 4.0), late, 0.0)
     order = np.maximum.accumulate(came)
     # Of a clock that is set nobody knows how far into a frame's time it was: with seldom frames that is much.
-    found = by_stamps(list(made), list(order), 6.0, {3.0: 0.3 if rate > 50.0 else 0.0})
+    found = by_stamps(made, order, 6.0, {3.0: 0.3 if rate > 50.0 else 0.0})
     at = {
         now: found[round(now / DT) - len(np.arange(0.0, 6.0, DT)) + len(found)]
         for now in (1.9, 2.6, 3.9, 5.5)

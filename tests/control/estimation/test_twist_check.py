@@ -1,8 +1,12 @@
 """Velocity and rates beside the poses that come: what works is never in doubt, what sticks soon is."""
 
+import functools
+
+import casadi as ca
 import numpy as np
 import pytest
 
+from skylimb.base.packing import Layout
 from skylimb.base.rotations import quaternion_product
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.estimation.twist_check import SAME, TwistCheck, TwistGates, check_twist
@@ -31,24 +35,36 @@ def swinging(
     return Measurement(position, q, velocity, rates, np.zeros(3), np.zeros(4))
 
 
+SEEN, STATE = Layout(swinging(0.0)), Layout(TwistCheck())
+
+
+@functools.cache
+def checker(gates: TwistGates) -> ca.Function:
+    """A compiled check: (state, what is seen, what was before, new, known) -> (state, velocity, rates)."""
+    flat, now, before = (ca.SX.sym("flat", size) for size in (STATE.size, SEEN.size, SEEN.size))
+    new, known = ca.SX.sym("new"), ca.SX.sym("known")
+    seen, was = SEEN.unpack(now), SEEN.unpack(before)
+    state, *twist = check_twist(gates, STATE.unpack(flat), seen, was, seen, 1.0, new, known, DT)
+    return ca.Function("check", [flat, now, before, new, known], [ca.densify(STATE.pack(state)), *twist])
+
+
 def checked(
     change, every: int = 1, noise: float = 1e-3, time: float = 6.0, gates: TwistGates = GATES
 ) -> list[TwistCheck]:
     """What is remembered at each tick of a flight whose poses come at every so many ticks."""
-    rng, state, found = np.random.default_rng(1), TwistCheck(), []
-    seen = before = swinging(0.0, noise, rng)
-    for k in range(round(time / DT)):
-        new = k % every == 0
-        if new:
-            seen = change(k * DT, swinging(k * DT, noise, rng))
-        state, velocity, rates = check_twist(
-            gates, state, seen, before, seen, 1.0, float(new), float(k > 0), DT
-        )
-        if not state.wrong:
-            np.testing.assert_array_equal(velocity, seen.velocity)
-            np.testing.assert_array_equal(rates, seen.angular_velocity)
-        before = seen
-        found.append(state)
+    rng, ticks = np.random.default_rng(1), np.arange(round(time / DT))
+    came = [swinging(0.0, noise, rng)]
+    for k in ticks:
+        came.append(came[-1] if k % every else change(k * DT, swinging(k * DT, noise, rng)))
+    packed = np.array([SEEN.pack(one) for one in came]).T
+    new, known = (flag[None].astype(float) for flag in (ticks % every == 0, ticks > 0))
+    states, *twist = checker(gates).mapaccum(len(ticks))(
+        STATE.pack(TwistCheck()), packed[:, 1:], packed[:, :-1], new, known
+    )
+    found = [STATE.unpack(one) for one in states.full().T]
+    right = [k for k in ticks if not found[k].wrong]
+    for name, made in zip(("velocity", "angular_velocity"), twist, strict=True):
+        np.testing.assert_array_equal(made.full().T[right], [getattr(came[k + 1], name) for k in right])
     return found
 
 
