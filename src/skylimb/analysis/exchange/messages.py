@@ -213,6 +213,14 @@ class MotorInfo:
         least = duty(self.min_thrust) if self.min_thrust > 0.0 else self.min_pwm
         return tuple(min(max(duty(one), least), self.max_pwm) for one in thrusts)
 
+    def give_less(self, duties: Iterable[int], thrust: float) -> bool:
+        """Whether duties, 0 .. 2000, give each rotor less than a thrust, N, however full the battery is."""
+        fullest = max((one.voltage for one in self.motors), default=None)
+        if fullest is None:
+            return False
+        most = 2000.0 * self.duties((thrust,), fullest)[0]
+        return all(duty < most for duty in duties)
+
 
 @dataclass(frozen=True)
 class Pwms:

@@ -18,10 +18,15 @@ from skylimb.apps.ros.messages import Arrived, Outgoing, published
 from skylimb.apps.ros.piloted import Piloted
 from skylimb.apps.ros.sensors import Sensors
 from skylimb.apps.ros.states import FlightState
-from skylimb.apps.ros.tick import Tick
+from skylimb.apps.ros.tick import Received, Tick
 from skylimb.base.rotations import rot_z, rpy_from_rotation
 from skylimb.control.estimation.records import Measurement, Taken
 from skylimb.control.loop.vehicle import measured_layout
+
+
+CARRIES = 0.5
+"""Share of its weight below which a robot lies on the ground: a forced landing ends with more, on the lab's
+with 0.7."""
 
 
 class Controlled(Piloted):
@@ -61,6 +66,11 @@ class Controlled(Piloted):
 
     def _lost(self, now: float) -> str:
         return self._sensors.lost(now)
+
+    def _idles(self, received: Received) -> bool:
+        pwms, motors, robot = received.pwms, self._config.motors, self._robot
+        flies = CARRIES * robot.weight / robot.n_rotors
+        return pwms is not None and motors is not None and motors.give_less(pwms.duties, flies)
 
     def _recorded(self, measured: Measurement, tick: Tick) -> np.ndarray:
         """Measurement and command, in the order of `measured_layout`."""

@@ -94,7 +94,7 @@ class MessageSorter:
         if one.topic == ACK.name:
             return {"acknowledged": int(one.value)}
         elif one.topic == PWMS.name:
-            return {"armed": one.value.armed}
+            return {"pwms": one.value}
         elif one.topic == BATTERY.name and self._cells:
             charge = percentage(float(one.value), self._cells)
             if not math.isnan(charge):

@@ -106,6 +106,9 @@ def _found_armed(flying: Flying, seen: Seen, limits: FlightLimits, said: list[st
         return replace(flying, left=True)
     flying = replace(flying, left=False)
     known = flying.origin is not None
+    if seen.idles and not known:
+        said.append("the flight controller is armed, and its motors idle: the robot stands, and is disarmed")
+        return _enter(flying, FlightState.STOP, seen)
     # What was disarmed says so a little late; a first position comes a little late.
     waits = known or seen.position is None
     if waits and seen.now - (flying.since if known else flying.blind) < limits.disarmed:
