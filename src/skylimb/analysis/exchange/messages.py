@@ -7,6 +7,7 @@ fields by name.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import IntEnum
@@ -56,6 +57,11 @@ class Imu:
     acceleration: Vector = (0.0, 0.0, 0.0)
     quaternion_xyzw: Quaternion = (0.0, 0.0, 0.0, 1.0)
     magnetic_field: Vector = (0.0, 0.0, 0.0)
+
+    @property
+    def tells(self) -> bool:
+        """Whether its rates are numbers: one without them is as good as none."""
+        return all(map(math.isfinite, self.gyro))
 
 
 @dataclass(frozen=True)

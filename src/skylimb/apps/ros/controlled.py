@@ -23,7 +23,6 @@ from skylimb.base.rotations import rot_z, rpy_from_rotation
 from skylimb.control.estimation.records import Measurement, Taken
 from skylimb.control.loop.vehicle import measured_layout
 
-
 CARRIES = 0.5
 """Share of its weight below which a robot lies on the ground: a forced landing ends with more, on the lab's
 with 0.7."""

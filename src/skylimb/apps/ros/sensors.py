@@ -99,7 +99,10 @@ class Sensors:
             self._pose = taken, value
             self._before = self._before or self._pose
         elif isinstance(value, Imu):
-            self._imu = (taken, value)
+            if value.tells:
+                self._imu = (taken, value)
+            else:
+                self.counts[f"{arrived.topic}: rates are no numbers"] += 1
         elif isinstance(value, Joints):
             self._bend(taken, value, arrived.topic)
 
