@@ -192,7 +192,8 @@ class Pilot:
             target,
             received.orders,
             received.acknowledged,
-            received.battery,
+            # The last good one stays valid in flight; no flight begins with one that is none.
+            None if received.battery is None or np.isnan(received.battery) else received.battery,
             "" if flight is None else flight.broken(body) or silent,
             tuple(refused),
             received.armed,

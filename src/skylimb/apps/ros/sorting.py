@@ -97,9 +97,9 @@ class MessageSorter:
             return {"pwms": one.value}
         elif one.topic == BATTERY.name and self._cells:
             charge = percentage(float(one.value), self._cells)
-            if not math.isnan(charge):
-                return {"battery": charge}
-            self.counts[f"battery voltage is none of {self._cells} cells"] += 1
+            if math.isnan(charge):
+                self.counts[f"battery voltage is none of {self._cells} cells"] += 1
+            return {"battery": charge}
         else:
             self._sense(one)
         return {}

@@ -33,7 +33,7 @@ class Received:
         requests: of a user, in their order.
         mission: that is to be flown; None where none was asked for.
         acknowledged: the last command that the flight controller acknowledged since then.
-        battery: charge, per cent.
+        battery: charge, per cent; NaN where its voltage is none.
         pwms: what the motors are driven with; None where the flight controller said nothing.
         idles: whether that carries no robot.
         radio: when a radio was heard, s; None where none was.

@@ -134,7 +134,9 @@ def _halt(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> 
 
 
 def _force_landing(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
-    if flying.state in (FlightState.START, FlightState.ARM_ON, FlightState.STOP):
+    # Who has flown it knows that it is disarmed; who begins anew does not.
+    rests = flying.state == FlightState.ARM_OFF and flying.origin is not None and not flying.left
+    if rests or flying.state in (FlightState.START, FlightState.ARM_ON, FlightState.STOP):
         return _halt(flying, seen, limits, said)  # it stands
     return replace(_enter(flying, FlightState.LAND, seen), force_landing=True)
 
