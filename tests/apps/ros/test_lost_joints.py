@@ -8,6 +8,7 @@ from dataclasses import replace
 import pytest
 
 from skylimb.analysis.exchange import lab_topics as topics
+from skylimb.analysis.exchange.messages import Vector
 from skylimb.apps.ros.messages import Outgoing
 from skylimb.apps.ros.states import FlightState
 from wired import Wire, in_hover
@@ -54,11 +55,18 @@ def test_a_robot_that_feels_no_joints_flies_back_where_it_is_seen() -> None:
     assert any(words.startswith("start is refused: age of joint angles: ") for words in wire.said)
 
 
-def test_a_robot_whose_imu_is_gone_flies_back_where_it_is_seen() -> None:
-    """Its rates are differences of the attitudes that are seen."""
+@pytest.mark.parametrize("gyro", [None, (math.nan, 0.0, 0.0), (0.0, 0.0, math.inf)])
+def test_a_robot_whose_imu_is_gone_flies_back_where_it_is_seen(gyro: Vector | None) -> None:
+    """Its rates are differences of the attitudes that are seen; rates that are no numbers are none."""
+
+    def spoil(one: Outgoing) -> Outgoing | None:
+        if one.topic is not topics.IMU:
+            return one
+        return None if gyro is None else one._replace(value=replace(one.value, gyro=gyro))
+
     wire = in_hover()
     begun = wire.pacer.time()
-    wire.spoil = lambda one: None if one.topic is topics.IMU else one
+    wire.spoil = spoil
     wire.until(FlightState.LAND, 2.0)
     assert wire.pacer.time() - begun == pytest.approx(0.5, abs=0.05)
     flight = wire.pilot.pilot.flight

@@ -18,6 +18,7 @@ from skylimb.apps.ros.grounded import STAND, GroundedPlant
 from skylimb.apps.ros.limits import FlightLimits
 from skylimb.apps.ros.requests import Requests
 from skylimb.apps.ros.states import FORCE_LANDING, FlightState, Order
+from skylimb.apps.ros.tick import Received
 from skylimb.base.errors import ConfigError
 from skylimb.base.rotations import wrapped
 from skylimb.control.estimation.records import Measurement
@@ -359,3 +360,14 @@ def test_the_ground_holds_the_plant(flown: Steered) -> None:
     # A link may sink by a hair while the centre of gravity already rises: the ground has let go.
     assert heights.min() >= STAND - 1e-5
     assert heights[:200].max() == STAND
+
+
+def test_who_commands_a_robot_that_flies_as_well_is_named_at_once() -> None:
+    """Nobody heard of it before the next `start`."""
+    robot, other = in_hover(), "/base_node on /hydrus_xi/four_axes/command"
+    robot.said.clear()
+    for foreign in ((), (other,), (other,), None):
+        robot.tick(received=Received(foreign=foreign))
+    assert robot.said == [f"{other} commands the robot as well: end it"]
+    assert robot.pilot.faults["another node commands the robot"] == 1
+    assert robot.state == FlightState.HOVER

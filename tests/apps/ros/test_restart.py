@@ -121,6 +121,29 @@ def test_a_cut_stays_a_cut_when_the_computer_stands_still(hovering: Wire) -> Non
     assert hovering.pilot.pilot.flying.state == FlightState.STOP
 
 
+@pytest.mark.parametrize("takes_off", [False, True])
+def test_a_robot_that_stands_with_idle_motors_is_disarmed_and_its_rotors_do_not_come_up(
+    takes_off: bool,
+) -> None:
+    """They came up to its weight, to land a robot that stood."""
+    wire, most = Wire(), 0.0
+    wire.fly(0.15)
+    wire.tick("teleop_command/start")
+    wire.until(FlightState.ARM_ON, 1.0)
+    if takes_off:
+        wire.tick("teleop_command/takeoff")
+        wire.fly(0.1)
+    killed(wire, 0.2)
+    for _ in range(200):
+        wire.tick()
+        thrusts = wire.robot._spinal.thrusts
+        most = max(most, 0.0 if thrusts is None else float(thrusts.sum()))
+    assert wire.said[1:] == ["ARM_OFF -> STOP", "STOP -> ARM_OFF"]
+    assert "its motors idle" in wire.said[0]
+    assert not wire.armed
+    assert most < 0.3 * wire.robot._robot.weight
+
+
 @pytest.mark.parametrize("order", [HALT, FORCE])
 def test_whoever_believes_that_nothing_flies_stops_it_all_the_same(hovering: Wire, order: str) -> None:
     killed(hovering, 0.05)

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from skylimb.analysis.exchange.lab_topics import RECORD
 from skylimb.analysis.exchange.recorder import recording
-from skylimb.apps.ros.run import missions_of
+from skylimb.apps.ros.lab_config import LabConfig, read_lab_config
+from skylimb.apps.ros.run import _doubts, missions_of
 from skylimb.base.errors import ConfigError, UnknownNameError
 from steered import ready
+from wired import LAB
 
 
 def test_missions_have_the_names_of_their_experiments(tmp_path: Path) -> None:
@@ -54,3 +57,13 @@ def test_what_was_flown_before_an_error_is_kept(tmp_path: Path) -> None:
         fly()
     assert [path.name for path in tmp_path.rglob("*")] == ["out-interrupted", "01-flight.mcap"]
     assert error.value.__notes__ == [f"what was flown is kept in '{tmp_path / 'out-interrupted'}'"]
+
+
+def test_a_forced_landing_that_does_not_bring_the_robot_down_is_said() -> None:
+    """It came down tipped over before the flight controller held the attitude; now it would float away."""
+    takeoff, _ = ready("hybrid")
+    lab = read_lab_config([LAB / "motor_info.yaml"], takeoff.robot)
+    assert lab.motors is not None
+    assert not any("forced landing" in words for words in _doubts(lab, takeoff.robot))
+    strong = LabConfig(replace(lab.motors, force_landing_thrust=11.0))
+    assert "ends with 11 N a rotor" in _doubts(strong, takeoff.robot)[0]

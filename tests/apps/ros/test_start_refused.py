@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -13,7 +14,7 @@ from skylimb.analysis.exchange import lab_topics as topics
 from skylimb.analysis.exchange.messages import Imu
 from skylimb.apps.ros.messages import Outgoing
 from skylimb.apps.ros.states import FlightState
-from wired import Wire
+from wired import Wire, in_hover
 
 BY_IMU = {
     **CIRCLE,
@@ -58,6 +59,27 @@ def test_a_battery_of_which_nobody_says_anything_refuses_the_start() -> None:
     started(wire)
     assert wire.pilot.pilot.flying.state == FlightState.ARM_OFF
     assert wire.said == ["start is refused: battery: not known (at least 10 %)"]
+
+
+@pytest.mark.parametrize("volts", [0.0, math.nan])
+def test_a_voltage_that_is_none_any_more_refuses_the_start_and_lands_nobody(volts: float) -> None:
+    """The last good one stood for it, however long ago that was."""
+
+    def spoil(one: Outgoing) -> Outgoing:
+        return one._replace(value=volts) if one.topic is topics.BATTERY else one
+
+    wire = Wire()
+    wire.fly(0.2)
+    wire.spoil = spoil
+    wire.fly(0.2)
+    started(wire)
+    assert wire.pilot.pilot.flying.state == FlightState.ARM_OFF
+    assert wire.said == ["start is refused: battery: not known (at least 10 %)"]
+    flying = in_hover()
+    flying.spoil = spoil
+    flying.fly(4.0)
+    assert flying.pilot.pilot.flying.state == FlightState.HOVER
+    assert flying.pilot.faults["battery voltage is none of 6 cells"] >= 39
 
 
 def test_where_nobody_tells_the_voltage_no_cells_say_so() -> None:

@@ -212,6 +212,10 @@ def test_halt_stops_and_force_landing_shows() -> None:
     )
     for state in (FlightState.START, FlightState.ARM_ON, FlightState.STOP):  # it stands
         assert after(at(state), seen(0.0, Order.FORCE_LANDING))[0].state == FlightState.STOP
+    flown = Flying(origin=np.zeros(3))  # by this node: the second click finds it disarmed
+    assert after(flown, seen(0.0, Order.FORCE_LANDING))[0].state == FlightState.STOP
+    left = replace(flown, left=True)
+    assert after(left, seen(0.0, Order.FORCE_LANDING))[0].state == FlightState.LAND
     flying, _ = after(Flying(), seen(0.0, Order.FORCE_LANDING, position=None))  # nobody here knows
     assert (flying.state, flying.arming) == (FlightState.LAND, Arming.FORCE_LANDING)
     flying, said = after(at(FlightState.HOVER), seen(0.0, broken="tilt above 1 rad"), seen(0.1, broken="x"))

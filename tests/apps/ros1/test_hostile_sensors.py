@@ -95,7 +95,7 @@ def sensed(definitions: Definitions) -> Sensed:
         (only(Pose, stamp=START - 5.0), "mocap/pose: stamp repeated or out of order"),
         (only(Pose, stamp=START + 500.0), "mocap/pose: stamp from the future"),
         (only(Imu, gyro=(500.0, 0.0, 0.0)), "too fast"),
-        (only(Imu, gyro=(math.inf, 0.0, 0.0)), "not finite"),
+        (only(Imu, gyro=(math.inf, 0.0, 0.0)), "imu: rates are no numbers"),
         (only(Joints, names=("a", "b", "c", "d", "e", "f", "g")), "joint_states: wrong joint names"),
         (only(Joints, angles=(0.0,)), "joint_states: wrong size"),
         (only(Joints, angles=(math.nan,) * 7), "joint_states: no angle"),

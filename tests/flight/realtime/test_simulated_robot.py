@@ -127,3 +127,20 @@ def test_whoever_comes_after_a_silence_is_answered_and_counts_anew(served: Serve
     served.tick(50)
     served.told(0, 13.0, "flight")
     assert served.tick() == 13.0
+
+
+def test_who_only_looks_takes_no_robot_from_who_flies_it_and_stands_still_for_a_moment(
+    served: Served,
+) -> None:
+    """A `--check`, or a second `fly` that looks first: the robot was told nothing until it had gone."""
+    served.told(0, 11.0, "flight")
+    served.tick(60)
+    for k in range(1, 40):
+        served.wire.coming.append(Datagram(GREETING, "check"))
+        served.told(k, 12.0 + k, "flight")
+        assert served.tick() == 12.0 + k
+    assert served.wire.answered == ["flight", "flight"]
+    served.tick(210)  # the flight has been killed
+    served.wire.coming.append(Datagram(GREETING, "check"))
+    served.tick()
+    assert served.wire.answered[-1] == "check"

@@ -7,6 +7,7 @@ fields by name.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import IntEnum
@@ -56,6 +57,11 @@ class Imu:
     acceleration: Vector = (0.0, 0.0, 0.0)
     quaternion_xyzw: Quaternion = (0.0, 0.0, 0.0, 1.0)
     magnetic_field: Vector = (0.0, 0.0, 0.0)
+
+    @property
+    def tells(self) -> bool:
+        """Whether its rates are numbers: one without them is as good as none."""
+        return all(map(math.isfinite, self.gyro))
 
 
 @dataclass(frozen=True)
@@ -212,6 +218,14 @@ class MotorInfo:
 
         least = duty(self.min_thrust) if self.min_thrust > 0.0 else self.min_pwm
         return tuple(min(max(duty(one), least), self.max_pwm) for one in thrusts)
+
+    def give_less(self, duties: Iterable[int], thrust: float) -> bool:
+        """Whether duties, 0 .. 2000, give each rotor less than a thrust, N, however full the battery is."""
+        fullest = max((one.voltage for one in self.motors), default=None)
+        if fullest is None:
+            return False
+        most = 2000.0 * self.duties((thrust,), fullest)[0]
+        return all(duty < most for duty in duties)
 
 
 @dataclass(frozen=True)

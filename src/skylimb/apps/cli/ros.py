@@ -34,9 +34,7 @@ class NodeOptions:
         tuple[str, ...], arg("Experiments whose missions may be flown besides it.", "NAME ...")
     ] = ()
     cells: Annotated[int, arg("Cells of the battery in series; 0 where nobody tells its voltage.", "N")] = 6
-    bare: Annotated[bool, arg("That the flight controller may hold no attitude; controller needs it.")] = (
-        False
-    )
+    bare: Annotated[bool, arg("That thrusts go around the flight controller; controller needs it.")] = False
     calibration: Calibration = None
     fence: Fence = None
     pad: Annotated[

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,15 +14,21 @@ from skylimb.analysis.exchange.lab_messages import floats
 from skylimb.analysis.exchange.lab_topics import Topic, is_due
 from skylimb.analysis.exchange.messages import Desire, Gains, PMatrix, ServoTargets, ServoTorques
 from skylimb.apps.ros.flyer import Flyer
+from skylimb.apps.ros.holding import added, gains_of, no_gains
 from skylimb.apps.ros.lab_config import LabConfig
 from skylimb.apps.ros.messages import Arrived, Outgoing, published
 from skylimb.apps.ros.piloted import Piloted
 from skylimb.apps.ros.sensors import Sensors
 from skylimb.apps.ros.states import FlightState
-from skylimb.apps.ros.tick import Tick
+from skylimb.apps.ros.tick import Received, Tick
+from skylimb.base.errors import AllocationError
 from skylimb.base.rotations import rot_z, rpy_from_rotation
 from skylimb.control.estimation.records import Measurement, Taken
 from skylimb.control.loop.vehicle import measured_layout
+
+CARRIES = 0.5
+"""Share of its weight below which a robot lies on the ground: a forced landing ends with more, on the lab's
+with 0.7."""
 
 
 class Controlled(Piloted):
@@ -40,6 +47,9 @@ class Controlled(Piloted):
         first = flyer.first
         self._vectoring = np.asarray(first.vectoring_angles, dtype=float)
         self._starting = False
+        # What the flight controller was told of its own attitude loop.
+        self._nothing = self._gains = no_gains(flyer.robot.n_rotors)
+        self._axes = Desire(0.0, 0.0, 0.0)
 
     @property
     def faults(self) -> Counter[str]:
@@ -62,18 +72,49 @@ class Controlled(Piloted):
     def _lost(self, now: float) -> str:
         return self._sensors.lost(now)
 
+    def _idles(self, received: Received) -> bool:
+        pwms, motors, robot = received.pwms, self._config.motors, self._robot
+        flies = CARRIES * robot.weight / robot.n_rotors
+        return pwms is not None and motors is not None and motors.give_less(pwms.duties, flies)
+
     def _recorded(self, measured: Measurement, tick: Tick) -> np.ndarray:
         """Measurement and command, in the order of `measured_layout`."""
         return np.hstack([*measured.entries, *tick.command])
 
     def _messages(self, stamp: float, measured: Measurement | None, tick: Tick) -> Iterator[Outgoing]:
         self._vectoring = np.asarray(tick.command.vectoring_angles, dtype=float)
-        yield from published(self._topics, tick.view(stamp, self._names, measured), self._k, self._period)
+        view = tick.view(stamp, self._names, measured)
+        yield from map(self._told, published(self._topics, view, self._k, self._period))
         starts, self._starting = not self._starting, tick.flying.state == FlightState.START
         at_once = (topics.UAV_INFO, topics.MOTOR_INFO) if starts else ()
         for topic, value in self._for_the_board(tick):
-            if value is not None and (topic in at_once or is_due(topic, self._k, self._period)):
+            # Motors that are stopped are not to be turned by gains.
+            urgent = topic in at_once or (topic is topics.GAINS and value == self._nothing != self._gains)
+            if value is not None and (urgent or is_due(topic, self._k, self._period)):
+                self._gains = value if isinstance(value, Gains) else self._gains
+                self._axes = value if isinstance(value, Desire) else self._axes
                 yield Outgoing(topic, value)
+
+    def _told(self, one: Outgoing) -> Outgoing:
+        """A message; thrusts without what the flight controller adds to them by the gains that it has."""
+        imu = self._sensors.imu
+        if one.topic is not topics.FOUR_AXES or imu is None or self._gains == self._nothing:
+            return one
+        thrusts = np.array(one.value.base_thrust) - added(self._gains, self._axes, imu)
+        return one._replace(value=replace(one.value, base_thrust=floats(thrusts)))
+
+    def _held(self, tick: Tick) -> Gains:
+        """The gains for now: none before a controller flies, and where the board's own IMU is not heard."""
+        flies = tick.motors and tick.reference is not None and topics.GAINS in self._topics
+        if not (flies and self._sensors.feels(self._pacer.time())):
+            return self._nothing
+        if tick.body is None or not is_due(topics.GAINS, self._k, self._period):
+            return self._gains
+        try:
+            state = self._robot.at(*tick.command[1:])
+        except AllocationError:  # nobody hovers with such angles: those of before stay
+            return self._gains
+        return gains_of(state, tick.body.yaw_in_C)
 
     def _for_the_board(self, tick: Tick) -> Iterator[tuple[Topic, Any]]:
         """Targets of servos, and what the flight controller has to know."""
@@ -82,8 +123,7 @@ class Controlled(Piloted):
             names = (*self._names.joints, *self._names.gimbals)
             counts = servos.counts(dict(zip(names, floats(np.concatenate(tick.command[1:])), strict=True)))
             yield topics.SERVO_TARGETS, ServoTargets(bytes(counts), tuple(counts.values()))
-        # With zero gains the flight controller adds nothing to the thrusts.
-        yield topics.GAINS, Gains(((0,) * 7,) * rotors)
+        yield topics.GAINS, self._held(tick)
         yield topics.P_MATRIX, PMatrix(((0, 0, 0),) * rotors, (0,) * 6)
         if tick.body is not None:
             # Its axes, by whose tilt it breaks off.

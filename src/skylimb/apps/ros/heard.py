@@ -37,7 +37,7 @@ class Heard(NamedTuple):
     def take(self, arrived: Arrived, gravity: float) -> Heard:
         """After a message."""
         value: Any = arrived.value
-        if not hasattr(value, "stamp"):
+        if not hasattr(value, "stamp") or (isinstance(value, Imu) and not value.tells):
             return self
         at, stamps = {**self.at, arrived.topic: arrived.at}, {**self.stamps, arrived.topic: value.stamp}
         heard = self._replace(at=at, stamps=stamps)

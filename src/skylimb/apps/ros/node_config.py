@@ -12,9 +12,9 @@ from skylimb.apps.ros.profile import PROFILES
 from skylimb.base.errors import ConfigError, choice_error
 
 WARNING = (
-    "controller: its thrusts go to the flight controller as base_thrust, with zero attitude gains. The "
-    "flight controller then holds no attitude, also not when commands stop or in a forced landing: the robot "
-    "falls as it is. docs/flying.md has the check list of a first flight."
+    "controller: its thrusts go around the flight controller. When commands stop, that holds roll and pitch "
+    "on ROS 1, by gains that no robot has flown with; on ROS 2 the robot falls as it is. docs/flying.md has "
+    "the check list of a first flight."
 )
 
 

@@ -143,8 +143,12 @@ class Pilot:
 
     def _advance(self, inputs: Inputs, body: Body | None, said: list[str]) -> None:
         """The flight states, and what begins and ends with them."""
-        before = self.flying
-        self.flying, words = advance(before, self._seen(inputs, body), self.flyer.limits)
+        before, known = self.flying, self._foreign
+        seen = self._seen(inputs, body)
+        if self.flight is not None and (others := set(seen.foreign) - set(known)):
+            said += [f"{other} commands the robot as well: end it" for other in sorted(others)]
+            self._counts["another node commands the robot"] += 1
+        self.flying, words = advance(before, seen, self.flyer.limits)
         said.extend(words)
         state, landing = self.flying.state, self.flying.state == FlightState.LAND
         if state != before.state or self.flying.force_landing != before.force_landing:
@@ -188,10 +192,12 @@ class Pilot:
             target,
             received.orders,
             received.acknowledged,
-            received.battery,
+            # The last good one stays valid in flight; no flight begins with one that is none.
+            None if received.battery is None or np.isnan(received.battery) else received.battery,
             "" if flight is None else flight.broken(body) or silent,
             tuple(refused),
             received.armed,
+            received.idles,
             inputs.rest,
             flight is not None and flight.cut,
             # Whom nobody commands here the flight controller brings down by itself.

@@ -65,7 +65,8 @@ class Piloted(ABC):
         arrived = list(arrived)
         received, now = self._sorter.sort(arrived), self._pacer.time()
         measured, taken = self._measured(now)
-        received = replace(received, acknowledged=self._acknowledged(received))
+        acknowledged, idles = self._acknowledged(received), self._idles(received)
+        received = replace(received, acknowledged=acknowledged, idles=idles)
         heard = self._heard.ages(now), self._heard.offsets(stamp - now)
         rest = self._heard.rest(now)
         inputs = Inputs(now, measured, taken, received, now - stamp, *heard, rest, self._lost(now))
@@ -117,6 +118,10 @@ class Piloted(ABC):
     def _acknowledged(self, received: Received) -> int | None:
         """The last command that the flight controller acknowledged."""
         return received.acknowledged
+
+    def _idles(self, received: Received) -> bool:
+        """Whether the motors are known to carry no robot."""
+        return False
 
     def _apply(self, tick: Tick) -> None:  # noqa: B027 - a real robot does what is published
         """What follows of a tick."""

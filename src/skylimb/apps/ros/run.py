@@ -206,11 +206,18 @@ def _doubts(config: LabConfig, robot: Robot) -> list[str]:
     """What a user should know of the motors before the first flight, one line each."""
     if config.motors is None:
         return [UNKNOWN_MOTORS]
+    doubts, lands = list[str](), config.motors.force_landing_thrust
+    if lands * robot.n_rotors >= robot.weight:
+        doubts.append(
+            f"controller: a forced landing ends with {lands:g} N a rotor (force_landing_thrust), and "
+            f"{robot.weight / robot.n_rotors:.3g} N carry {robot.name}: it does not bring it down"
+        )
     least = min(motor.max_thrust for motor in config.motors.motors)
     most = float(robot.thrust_limits()[1].max())
     if most <= least:
-        return []
+        return doubts
     return [
+        *doubts,
         f"controller: commands go up to {most:g} N a rotor, motor_info says {least:g} N at its lowest "
-        "voltage; beyond that the flight controller lowers all thrusts alike"
+        "voltage; beyond that the flight controller lowers all thrusts alike",
     ]

@@ -99,7 +99,10 @@ class Sensors:
             self._pose = taken, value
             self._before = self._before or self._pose
         elif isinstance(value, Imu):
-            self._imu = (taken, value)
+            if value.tells:
+                self._imu = (taken, value)
+            else:
+                self.counts[f"{arrived.topic}: rates are no numbers"] += 1
         elif isinstance(value, Joints):
             self._bend(taken, value, arrived.topic)
 
@@ -122,6 +125,17 @@ class Sensors:
             self._bending[:] = 0.0  # how fast they turn is not known any more
         vectoring = commanded if self._vectoring is None else self._vectoring
         return self._moved(pose, gyro, joints, vectoring)._replace(capture_age=now - seen), Taken(seen, felt)
+
+    @property
+    def imu(self) -> Imu | None:
+        """The newest of the flight controller's; None before the first one."""
+        return None if self._imu is None else self._imu[1]
+
+    def feels(self, now: float) -> bool:
+        """Whether that is fresh, knows an attitude, and is that of the link that is seen."""
+        if self._imu is None or not self.has_imu or now - self._imu[0] > SILENT:
+            return False
+        return abs(math.hypot(*self._imu[1].quaternion_xyzw) - 1.0) < 0.1
 
     def lost(self, now: float) -> str:
         """Why a robot has to be led back though it is seen; empty while nothing is."""

@@ -94,12 +94,12 @@ class MessageSorter:
         if one.topic == ACK.name:
             return {"acknowledged": int(one.value)}
         elif one.topic == PWMS.name:
-            return {"armed": one.value.armed}
+            return {"pwms": one.value}
         elif one.topic == BATTERY.name and self._cells:
             charge = percentage(float(one.value), self._cells)
-            if not math.isnan(charge):
-                return {"battery": charge}
-            self.counts[f"battery voltage is none of {self._cells} cells"] += 1
+            if math.isnan(charge):
+                self.counts[f"battery voltage is none of {self._cells} cells"] += 1
+            return {"battery": charge}
         else:
             self._sense(one)
         return {}

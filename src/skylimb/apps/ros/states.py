@@ -74,6 +74,7 @@ class Seen:
         broken: why the flight has to be broken off; empty while it has not.
         refused: why a flight must not begin; nothing where it may.
         armed: whether the flight controller says that it is armed; None where it has said nothing since.
+        idles: whether it says that its motors carry no robot.
         rest: for how long the accelerometer has felt its weight and nothing else, s.
         cut: whether the supervisor has cut the rotors.
         light: whether the rotors are told less than any robot flies with.
@@ -90,6 +91,7 @@ class Seen:
     broken: str = ""
     refused: tuple[str, ...] = ()
     armed: bool | None = None
+    idles: bool = False
     rest: float = 0.0
     cut: bool = False
     light: bool = False

@@ -10,7 +10,7 @@ import numpy as np
 
 from skylimb.analysis.exchange.body import Body
 from skylimb.analysis.exchange.lab_ticks import Names, TickView
-from skylimb.analysis.exchange.messages import Joints, Nav, Path, Pose
+from skylimb.analysis.exchange.messages import Joints, Nav, Path, Pose, Pwms
 from skylimb.apps.ros.script import Script
 from skylimb.apps.ros.states import FlightState, Flying, Order
 from skylimb.control.estimation.records import Measurement, Taken
@@ -33,8 +33,9 @@ class Received:
         requests: of a user, in their order.
         mission: that is to be flown; None where none was asked for.
         acknowledged: the last command that the flight controller acknowledged since then.
-        battery: charge, per cent.
-        armed: whether the flight controller says that it is armed; None where it said nothing.
+        battery: charge, per cent; NaN where its voltage is none.
+        pwms: what the motors are driven with; None where the flight controller said nothing.
+        idles: whether that carries no robot.
         radio: when a radio was heard, s; None where none was.
         taken_over: whether its sticks are moved.
         foreign: who else commands the robot; None where nobody has looked since.
@@ -45,10 +46,16 @@ class Received:
     mission: str | None = None
     acknowledged: int | None = None
     battery: float | None = None
-    armed: bool | None = None
+    pwms: Pwms | None = None
+    idles: bool = False
     radio: float | None = None
     taken_over: bool = False
     foreign: tuple[str, ...] | None = None
+
+    @property
+    def armed(self) -> bool | None:
+        """Whether the flight controller says that it is armed; None where it said nothing."""
+        return None if self.pwms is None else self.pwms.armed
 
 
 @dataclass(frozen=True)

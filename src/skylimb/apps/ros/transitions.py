@@ -106,6 +106,9 @@ def _found_armed(flying: Flying, seen: Seen, limits: FlightLimits, said: list[st
         return replace(flying, left=True)
     flying = replace(flying, left=False)
     known = flying.origin is not None
+    if seen.idles and not known:
+        said.append("the flight controller is armed, and its motors idle: the robot stands, and is disarmed")
+        return _enter(flying, FlightState.STOP, seen)
     # What was disarmed says so a little late; a first position comes a little late.
     waits = known or seen.position is None
     if waits and seen.now - (flying.since if known else flying.blind) < limits.disarmed:
@@ -131,7 +134,9 @@ def _halt(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> 
 
 
 def _force_landing(flying: Flying, seen: Seen, limits: FlightLimits, said: list[str]) -> Flying:
-    if flying.state in (FlightState.START, FlightState.ARM_ON, FlightState.STOP):
+    # Who has flown it knows that it is disarmed; who begins anew does not.
+    rests = flying.state == FlightState.ARM_OFF and flying.origin is not None and not flying.left
+    if rests or flying.state in (FlightState.START, FlightState.ARM_ON, FlightState.STOP):
         return _halt(flying, seen, limits, said)  # it stands
     return replace(_enter(flying, FlightState.LAND, seen), force_landing=True)
 

@@ -23,6 +23,9 @@ from skylimb.flight.realtime.preflight import Check, StartLimits, checks, desk_o
 from skylimb.flight.realtime.resting_imu import RestingImu
 from skylimb.robots.model import Robot
 
+NOTHING = "nothing was heard: it is not there, or another controller flies it"
+"""Why no measurement came, where nothing at all did."""
+
 
 class Look:
     """What is looked at.
@@ -73,9 +76,7 @@ class Look:
             self._feel(measured)
             if vehicle.heard is None and heard_at > begun + self._patience:
                 heard = ", ".join(f"{what} {count} times" for what, count in vehicle.counts.items())
-                raise OutputError(
-                    f"no measurement came within {self._patience:g} s ({heard or 'nothing was heard'})"
-                )
+                raise OutputError(f"no measurement came within {self._patience:g} s ({heard or NOTHING})")
             time.sleep(self._clock.period)
         desk = desk_of(self._robot, vehicle.heard.mass, self._calibration, self._unprotected)
         known = vehicle.known(self._bodies.of, self._imu.off)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -35,11 +36,17 @@ SILENCE = 2.0
 """Seconds without a command after which a robot that has flown stops."""
 
 
+COMMANDED = 1.0
+"""Seconds after a command for which who only greets is not answered. A controller's computer that starts
+another one may stand still meanwhile, and its robot would be left to one that only looks."""
+
+
 class SimulatedRobot:
     """Sends what its sensors say at every tick, and does what it was last commanded.
 
     Its physics, and the time of its events, begin with the first command. It talks to one sender of commands
-    or greetings at a time, to another one once that is silent; commands have numbers that rise.
+    or greetings at a time, to another one once that is silent, and to one that only greets a second after the
+    last command; commands have numbers that rise.
 
     Args:
         takeoff: what flies; its controller is not used.
@@ -63,6 +70,7 @@ class SimulatedRobot:
         self._data = simulated.data
         self._speaker, self._newest = Speaker(), -1
         self._loop_delay: float | None = None
+        self._obeyed = -math.inf
         self.counts = Faults()
 
     def position(self) -> np.ndarray:
@@ -104,7 +112,8 @@ class SimulatedRobot:
         message = None if datagram.data == GREETING else decode(datagram.data, CommandMessage)
         command = None if message is None else self._names.command(message)
         now = self._seq * self._period
-        if not self._speaker.hears(datagram.sender, now):
+        looks = message is None and datagram.sender != self._speaker.sender
+        if not self._speaker.hears(datagram.sender, now) or (looks and now - self._obeyed < COMMANDED):
             raise RefusedMessageError("second sender")
         before, self._speaker = self._speaker, self._speaker.after(datagram.sender, now)
         if self._speaker.turns > before.turns:  # whoever begins counts anew
@@ -113,7 +122,7 @@ class SimulatedRobot:
         if message is not None and command is not None:
             if message.seq <= self._newest:
                 raise RefusedMessageError("command overtaken or said twice")
-            self._command, self._newest = command, message.seq
+            self._command, self._newest, self._obeyed = command, message.seq, now
             self._loop_delay = (self._seq - 1) * self._period - message.stamp
         return command is not None
 
