@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import skylimb
-from skylimb.control.estimation.records import zero_measurement
+from skylimb.control.estimation.records import Measurement, zero_measurement
 from skylimb.control.estimation.servos import servo_lags
 from skylimb.control.planning.vectoring import nominal_posture
 from skylimb.control.supervisor.balance import RATE, balanced
@@ -17,6 +17,21 @@ Q, LEVEL = nominal_posture(ROBOT, "contact")
 AXES = np.asarray(ROBOT.at(Q, LEVEL).R_root_C)
 SEEN = zero_measurement(3, 4)._replace(joint_angles=Q)
 DT = 0.005
+LIFT = np.array([0.0, 0.0, ROBOT.weight])
+
+
+def turned(
+    loose: np.ndarray,
+    seen: Measurement,
+    speeds: np.ndarray,
+    angles: np.ndarray,
+    astray: float = 0.0,
+    there: np.ndarray | None = None,
+    push: np.ndarray = LIFT,
+) -> np.ndarray:
+    """Vectoring angles of the next tick."""
+    there = np.ones(4) if there is None else there
+    return balanced(ROBOT, loose, astray, there, seen, speeds, AXES, push, angles, DT)
 
 
 def best(psi: np.ndarray, q: np.ndarray = Q) -> tuple[np.ndarray, np.ndarray]:
@@ -38,7 +53,7 @@ def test_three_rotors_turn_along_with_a_servo_that_runs_away(servo: int, speed: 
     lag = servo_lags(ROBOT)[3:]
     for _ in range(650):  # more than a turn
         last = command
-        command = balanced(ROBOT, loose, 0.0, SEEN._replace(vectoring_angles=psi), speeds, AXES, last, DT)
+        command = turned(loose, SEEN._replace(vectoring_angles=psi), speeds, last)
         assert np.abs(command - last).max() <= RATE * DT * (1.0 + 1e-9)
         assert command[servo] == LEVEL[servo]
         psi = psi + DT * (command - psi) / lag
@@ -60,10 +75,10 @@ def test_three_rotors_turn_along_with_a_servo_that_runs_away(servo: int, speed: 
 def test_a_servo_that_runs_away_is_taken_where_the_others_will_have_followed() -> None:
     loose, speeds, psi = np.eye(7)[4], 1.5 * np.eye(7)[4], LEVEL + 0.4 * np.eye(4)[1]
     ahead = psi + (speeds * servo_lags(ROBOT))[3:]
-    running = balanced(ROBOT, loose, 0.0, SEEN._replace(vectoring_angles=psi), speeds, AXES, LEVEL, DT)
-    arrived = balanced(ROBOT, loose, 0.0, SEEN._replace(vectoring_angles=ahead), np.zeros(7), AXES, LEVEL, DT)
+    running = turned(loose, SEEN._replace(vectoring_angles=psi), speeds, LEVEL)
+    arrived = turned(loose, SEEN._replace(vectoring_angles=ahead), np.zeros(7), LEVEL)
     np.testing.assert_array_equal(running, arrived)
-    behind = balanced(ROBOT, loose, 0.0, SEEN._replace(vectoring_angles=psi), np.zeros(7), AXES, LEVEL, DT)
+    behind = turned(loose, SEEN._replace(vectoring_angles=psi), np.zeros(7), LEVEL)
     assert np.abs(running - behind).max() > 1e-6
 
 
@@ -73,7 +88,7 @@ def test_an_arm_that_a_servo_bends_elsewhere_is_carried_level(joint: int, way: f
     q, command = Q + way * np.eye(3)[joint], LEVEL
     for _ in range(300):
         seen = SEEN._replace(joint_angles=q)
-        command = balanced(ROBOT, np.zeros(7), 1.0, seen, np.zeros(7), AXES, command, DT)
+        command = turned(np.zeros(7), seen, np.zeros(7), command, astray=1.0)
     side, thrusts = best(command, q)
     assert np.abs(side).max() < 0.05 < 0.5 < np.abs(best(LEVEL, q)[0]).max()
     assert np.ptp(thrusts) < np.ptp(best(LEVEL, q)[1])
@@ -88,13 +103,34 @@ def test_a_limp_joint_is_pushed_less(joint: int) -> None:
         return abs(float((loads.full() @ best(psi)[1])[joint]))
 
     for _ in range(300):
-        command = balanced(ROBOT, loose, 0.0, SEEN, np.zeros(7), AXES, command, DT)
+        command = turned(loose, SEEN, np.zeros(7), command)
     assert pushed(command) < 0.6 * pushed(LEVEL)
 
 
+@pytest.mark.parametrize("lost", [1, 2])
+@pytest.mark.parametrize("side", [(0.0, 0.0), (5.0, 0.0), (0.0, -5.0)])
+def test_without_a_rotor_the_angles_turn_the_push_of_the_others_upright_and_aside(
+    lost: int, side: tuple[float, float]
+) -> None:
+    there, command = 1.0 - np.eye(4)[lost], LEVEL
+    push = np.array([*side, ROBOT.weight])
+
+    def off(psi: np.ndarray) -> float:
+        wrench = np.kron(np.eye(2), AXES.T) @ loads_function(ROBOT)(Q, psi)[0].full() @ np.diag(there)
+        thrusts = np.linalg.pinv(wrench[2:5]) @ np.array([ROBOT.weight, 0.0, 0.0])
+        return float(np.linalg.norm((wrench @ thrusts)[[0, 1, 5]] - [*side, 0.0]))
+
+    for _ in range(300):
+        last = command
+        command = turned(np.zeros(7), SEEN, np.zeros(7), last, 1.0, there, push)
+        assert np.abs(command - last).max() <= RATE * DT * (1.0 + 1e-9)
+    assert off(command) < 0.7 * off(LEVEL)
+
+
 def test_where_all_is_held_nothing_moves() -> None:
-    still = balanced(ROBOT, np.zeros(7), 0.0, SEEN, np.zeros(7), AXES, LEVEL + 0.3, DT)
+    still = turned(np.zeros(7), SEEN, np.zeros(7), LEVEL + 0.3)
     np.testing.assert_array_equal(still, LEVEL + 0.3)
     none = np.zeros(0)
     fixed = skylimb.load_robot("tilted_hexarotor")
-    assert balanced(fixed, none, 0.0, zero_measurement(0, 0), none, np.eye(3), none, DT) is none
+    nothing = zero_measurement(0, 0)
+    assert balanced(fixed, none, 0.0, np.ones(6), nothing, none, np.eye(3), LIFT, none, DT) is none

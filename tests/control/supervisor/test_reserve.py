@@ -6,7 +6,7 @@ import pytest
 import skylimb
 from skylimb.control.estimation.records import BodyState, Wrench
 from skylimb.control.planning.vectoring import nominal_posture
-from skylimb.control.supervisor.reserve import SOFT, Firmness, reserve_thrusts
+from skylimb.control.supervisor.reserve import SOFT, Firmness, reserve_force, reserve_thrusts
 
 ROBOT = skylimb.load_robot("hydrus_xi_quad")
 MODEL = ROBOT.at(*nominal_posture(ROBOT, "contact"))
@@ -19,7 +19,8 @@ def test_what_turns_it_from_outside_is_turned_back(torque: tuple[float, ...]) ->
 
     def wrench(torque: np.ndarray) -> np.ndarray:
         outside = Wrench(still, torque)
-        thrusts = reserve_thrusts(body, outside, still, np.ones(4), made, ROBOT.thrust_limits())
+        force = reserve_force(body, outside, still, SOFT)
+        thrusts = reserve_thrusts(body, outside, force, np.ones(4), made, ROBOT.thrust_limits())
         return MODEL.allocation_C @ thrusts
 
     change = wrench(np.array(torque)) - wrench(still)
@@ -35,8 +36,9 @@ HOVER = np.asarray(MODEL.hover_thrusts)
 
 def made(body: BodyState = LEVEL, outside: Wrench = NONE, firm: Firmness = SOFT) -> np.ndarray:
     """The wrench in {C} of the thrusts that hold it still."""
+    force = reserve_force(body, outside, STILL, firm)
     return MODEL.allocation_C @ reserve_thrusts(
-        body, outside, STILL, LEFT, HOVER, ROBOT.thrust_limits(), firm
+        body, outside, force, LEFT, HOVER, ROBOT.thrust_limits(), firm
     )
 
 
@@ -66,9 +68,9 @@ def test_a_turn_about_the_thrust_is_let_go_and_a_tilt_is_damped() -> None:
 
 def test_rotors_that_lag_are_led_by_as_much_as_it_is_firm() -> None:
     sinking = LEVEL._replace(velocity=np.array([0.0, 0.0, -0.2]))
-    limits = ROBOT.thrust_limits()
+    limits, force = ROBOT.thrust_limits(), reserve_force(sinking, NONE, STILL, SOFT)
     plain, led = (
-        reserve_thrusts(sinking, NONE, STILL, LEFT, HOVER, limits, SOFT._replace(lead=lead)) - HOVER
+        reserve_thrusts(sinking, NONE, force, LEFT, HOVER, limits, SOFT._replace(lead=lead)) - HOVER
         for lead in (1.0, 2.0)
     )
     np.testing.assert_allclose(led, 2.0 * plain, atol=1e-9)

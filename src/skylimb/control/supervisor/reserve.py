@@ -3,7 +3,8 @@
 It knows the robot's model, and how much is left of each rotor: thrusts are the least that give lift, roll
 and pitch, weighted by what is left. Yaw gives way first, as three rotors cannot hold it, then lift. Level is
 the attitude in which those thrusts push up: with three rotors it is a lean. Without one of them its
-vectoring angles go where the others carry it. While it is seen it keeps to the place where it comes down.
+vectoring angles go where the others carry it; while one of these is at its limit, they go where they push it
+upright and against its speed. While it is seen it keeps to the place where it comes down.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ from skylimb.symbolic import (
     dot,
     is_symbolic,
     matrix,
+    max,
     norm,
     right_inverse,
     stack,
@@ -72,6 +74,9 @@ YAW = 1e-2
 COUNTS = np.array([0.03, 1.0, 1.0, 1e-3])
 """What 1 N of lift and 1 rad/s^2 of roll, pitch and yaw count where a thrust is at its limit."""
 
+SPENT = 0.95
+"""Share of its greatest thrust from which a rotor counts as one at its limit."""
+
 PLACE, RETURN = 0.5, 0.5
 """How a place is held, 1/s, and the greatest speed on the way back to it, m/s."""
 
@@ -100,25 +105,51 @@ def instead(
     astray = sight.reference.position - sight.body.position
     home = vector(*(clip(PLACE * astray[axis], -RETURN, RETURN) for axis in range(2)), 0.0)
     firm = FIRM if limits.losses else SOFT
-    reserve = reserve_thrusts(sight.body, wrench, back + known * home, left, rotors, (low, high), firm)
+    force = reserve_force(sight.body, wrench, back + known * home, firm)
+    reserve = reserve_thrusts(sight.body, wrench, force, left, rotors, (low, high), firm)
     # A command is repeated for moments only: frozen thrusts lose the flight by themselves.
     holds = within(watch.clocks.without * dt, 0.0, limits.hold_for) * within(watch.mode, 0.0, DESCEND - 0.5)
     least = within(watch.mode, DESCEND + 0.5, CUT) + (1.0 - watch.started)
     thrusts = where(least > 0.5, low[0], where(holds > 0.5, watch.command.thrusts, reserve))
     first = Command(thrusts, sight.reference.joint_angles, sight.reference.vectoring_angles)
-    angles = descents.followed(left, watch.loose, watch.command.vectoring_angles, dt)
+    last = watch.command.vectoring_angles
+    angles = descents.followed(left, watch.loose, last, dt)
     if limits.losses:
-        speeds = watch.prediction.rates.rates
-        loose = descents.unanswered(watch.loose)
-        angles = balanced(robot, loose, watch.strayed, sight.measurement, speeds, watch.axes, angles, dt)
-    last = watch.command._replace(thrusts=thrusts, vectoring_angles=angles)
-    return chosen(watch.started > 0.5, last, first)
+        speeds, loose = watch.prediction.rates.rates, descents.unanswered(watch.loose)
+        there = where(left > 0.0, 1.0, 0.0)
+        # Without a rotor, and with another one at its limit, thrusts turn it back no more.
+        spent = max(1.0 - there) * max(where(rotors > SPENT * high, 1.0, 0.0))
+        push = where(spent > 0.5, sight.body.R_WC.T @ force, vector(0.0, 0.0, robot.weight))
+        angles = where(spent > 0.5, last, angles)
+        strayed, seen = max(stack(watch.strayed, spent)), sight.measurement
+        angles = balanced(robot, loose, strayed, there, seen, speeds, watch.axes, push, angles, dt)
+    return chosen(
+        watch.started > 0.5, watch.command._replace(thrusts=thrusts, vectoring_angles=angles), first
+    )
+
+
+def reserve_force(body: BodyState, external: Wrench, velocity: Array, firm: Firmness) -> Array:
+    """The force that the rotors are to give, W, N, (3,).
+
+    Args:
+        body: state of {C}.
+        external: the wrench that is believed to act.
+        velocity: that is to be held, W, m/s, (3,).
+        firm: how firmly it is.
+    """
+    model, weight = body.model, body.model.mass * body.model.gravity[2]
+    pull, lean = model.mass * firm.hold * (velocity - body.velocity) - external.force, firm.lean * weight
+    return vector(
+        clip(pull[0], -lean, lean),
+        clip(pull[1], -lean, lean),
+        clip(weight + pull[2], LIFT[0] * weight, LIFT[1] * weight),
+    )
 
 
 def reserve_thrusts(
     body: BodyState,
     external: Wrench,
-    velocity: Array,
+    force: Array,
     left: Array,
     made: Array,
     limits: tuple[Array, Array],
@@ -129,19 +160,13 @@ def reserve_thrusts(
     Args:
         body: state of {C}.
         external: the wrench that is believed to act.
-        velocity: that is to be held, W, m/s, (3,).
+        force: of the rotors, W, N, (3,).
         left: share that each rotor has left, (n,).
         made: thrusts that the rotors make now, behind their lag, N, (n,).
         limits: of the thrusts, N.
         firm: how firmly it holds.
     """
-    model, weight = body.model, body.model.mass * body.model.gravity[2]
-    pull, lean = model.mass * firm.hold * (velocity - body.velocity) - external.force, firm.lean * weight
-    force = vector(
-        clip(pull[0], -lean, lean),
-        clip(pull[1], -lean, lean),
-        clip(weight + pull[2], LIFT[0] * weight, LIFT[1] * weight),
-    )
+    model = body.model
     # Lift, N, and turns, rad/s^2: yaw that is not given must not turn the robot about another axis.
     spin = right_inverse(model.inertia_C)
     turns = ([0.0, *(spin[i, j] for j in range(3))] for i in range(3))
