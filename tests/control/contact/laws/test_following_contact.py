@@ -30,7 +30,7 @@ from skylimb.control.estimation.records import Start
 from skylimb.control.estimation.surface import SurfaceState, follow_surface
 from skylimb.control.missions.reference import zero_reference
 from skylimb.control.needs import Needs
-from skylimb.control.press import EASED, PLAIN, SEARCHING, WAITING
+from skylimb.control.press import EASED, LOADING, PLAIN, SEARCHING, WAITING
 from skylimb.control.records import ContactView, LawInput
 from skylimb.robots.description import GRAVITY
 
@@ -468,14 +468,34 @@ def test_a_pen_that_stays_behind_presses_less(look: Any, behind: float, ease: fl
     assert view.ease == 1.0
 
 
-@pytest.mark.parametrize(
-    ("force", "further"), [(0.4, 1.0), (1.0, 1.0), (1.5, 1.5), (2.0, 2.0), (3.0, 4.0 / 3.0), (5.0, 1.0)]
-)
-def test_who_presses_harder_lets_the_pen_stay_further_behind(look: Any, force: float, further: float) -> None:
-    """As friction does: twice as far at 2 N, and from 4 N on no further than at 1 N."""
-    for behind, ease in ((0.015, 1.0), (0.0275, 0.5), (0.04, 0.2)):
-        _, view, _ = look(at_state(SLIDE), wanted=force, position=task(0.0, further * behind, 0.0))
-        assert float(view.ease) == pytest.approx(ease, abs=1e-9)
+@pytest.mark.parametrize("force", [0.4, 1.0, 1.5, 2.0, 3.0, 5.0])
+def test_who_presses_harder_lets_the_pen_stay_further_behind(look: Any, force: float) -> None:
+    """As friction does; a hard press gives way by no more newtons than one of 2 N."""
+    most = 0.8 * min(1.0, 2.0 / force)
+    for behind, eased in ((0.015, 0.0), (0.0225, min(0.3, most)), (0.04, most), (0.1, most)):
+        place = task(0.0, max(force, 1.0) * behind, 0.0)
+        state = at_state(SLIDE, loaded=10.0)
+        _, view, _ = look(state, wanted=force, position=place)
+        assert float(view.ease) == pytest.approx(1.0 - eased, abs=1e-9)
+
+
+@pytest.mark.parametrize("force", [1.0, 2.0])
+def test_a_press_of_up_to_two_newtons_comes_at_once(look: Any, force: float) -> None:
+    _, view, _ = look(at_state(SETTLE), replace(GAINS, growth=1.0), wanted=force)
+    assert (view.ramp, view.ease, view.reason) == (1.0, 1.0, WAITING)
+
+
+def test_a_harder_press_grows_from_two_newtons(look: Any) -> None:
+    gains = replace(GAINS, growth=1.0)
+    state, view, _ = look(at_state(SETTLE, loaded=0.5), gains, wanted=5.0)
+    assert state.loaded == pytest.approx(0.5 + DT)
+    assert view.ramp == view.ease == pytest.approx((2.5 + DT) / 5.0)
+    assert view.reason == LOADING
+    _, view, _ = look(at_state(SLIDE, loaded=3.0), gains, wanted=5.0)
+    assert (view.ramp, view.reason) == (1.0, PLAIN)
+    # Out of touch it begins anew, and what is commanded then is whole.
+    state, view, _ = look(at_state(LOST, loaded=3.0), gains, wanted=5.0, force=0.0 * A)
+    assert (state.loaded, view.ramp) == (0.0, 1.0)
 
 
 def test_the_machine_gets_the_laws_own_gains(look: Any) -> None:
