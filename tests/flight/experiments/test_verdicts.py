@@ -40,10 +40,10 @@ def test_a_press_of_4_newtons_is_missed_because_it_is_eased() -> None:
     run = skylimb.run("paper", "following", set={FORCE: 4.0})
     assert run.status == "OK"
     assert run.done is False
-    assert run.metrics["force_error_percent"] > 20.0
+    assert run.metrics["force_error_percent"] > 15.0
     limits = run.metrics["force_limits"]
-    assert limits["eased_for_lag"]["share"] > 0.4
-    assert limits["eased_for_lag"]["error"] < -0.4
+    assert limits["eased_for_lag"]["share"] > 0.2
+    assert limits["eased_for_lag"]["error"] < -0.2
     assert sum(limit["error"] for limit in limits.values()) == pytest.approx(run.metrics["force_error_mean"])
     assert max(limits[name]["share"] for name in ("saturated", "rotors")) < 0.05
     assert "the press was eased while the pen lagged its path" in run.missed[0]
