@@ -468,15 +468,29 @@ def test_a_pen_that_stays_behind_presses_less(look: Any, behind: float, ease: fl
     assert view.ease == 1.0
 
 
-@pytest.mark.parametrize("force", [0.4, 1.0, 1.5, 2.0, 3.0, 5.0])
-def test_who_presses_harder_lets_the_pen_stay_further_behind(look: Any, force: float) -> None:
-    """As friction does; a hard press gives way by no more newtons than one of 2 N."""
-    most = 0.8 * min(1.0, 2.0 / force)
-    for behind, eased in ((0.015, 0.0), (0.0225, min(0.3, most)), (0.04, most), (0.1, most)):
-        place = task(0.0, max(force, 1.0) * behind, 0.0)
+@pytest.mark.parametrize(
+    ("force", "grows", "further"),
+    [
+        *(
+            (0.4, 2.0, 1.0),
+            (1.0, 2.0, 1.0),
+            (1.5, 2.0, 1.5),
+            (2.0, 2.0, 2.0),
+            (3.0, 2.0, 4 / 3),
+            (5.0, 2.0, 1.0),
+        ),
+        *((1.5, 3.0, 1.5), (2.0, 3.0, 2.0), (3.0, 3.0, 3.0), (4.0, 3.0, 2.25), (9.0, 3.0, 1.0)),
+    ],
+)
+def test_who_presses_harder_lets_the_pen_stay_further_behind(
+    look: Any, force: float, grows: float, further: float
+) -> None:
+    """As friction does; force times distance stays beyond a force."""
+    gains = replace(GAINS, ease_grows=grows)
+    for behind, ease in ((0.015, 1.0), (0.0275, 0.5), (0.04, 0.2)):
         state = at_state(SLIDE, loaded=10.0)
-        _, view, _ = look(state, wanted=force, position=place)
-        assert float(view.ease) == pytest.approx(1.0 - eased, abs=1e-9)
+        _, view, _ = look(state, gains, wanted=force, position=task(0.0, further * behind, 0.0))
+        assert float(view.ease) == pytest.approx(ease, abs=1e-9)
 
 
 @pytest.mark.parametrize("force", [1.0, 2.0])

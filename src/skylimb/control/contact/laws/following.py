@@ -59,10 +59,6 @@ PROVIDES = (
 REQUIRES = ("estimate.body", "estimate.arm", "estimate.wrench", "estimate.contact_force")
 OPTIONAL = {"estimate.bias": "", "estimate.scale": ""}
 
-STEEP = (0.1, 0.25)
-"""Slopes from the first of which on a hard press eases earlier: at the second, force times distance stays,
-down to the distances of 1 N. Farther ones lost 4 N on the paper's board."""
-
 
 @configuration
 class Gains:
@@ -127,14 +123,17 @@ class Gains:
             high=1.0,
         ),
     ] = (0.015, 0.04)
-    least_ease: Annotated[
+    ease_grows: Annotated[
         float,
         Key(
-            "",
-            "share of a force up to 2 N beyond the second, harder ones give way as far; 1 to press on",
-            low=0.05,
-            high=1.0,
+            "N",
+            "wanted force up to which those distances grow with it; beyond, force times distance stays",
+            low=1.0,
+            high=20.0,
         ),
+    ] = 2.0
+    least_ease: Annotated[
+        float, Key("", "share of the wanted force beyond the second; 1 to press on", low=0.05, high=1.0)
     ] = 1.0
     growth: Annotated[
         float,
@@ -236,7 +235,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     pace, speed_next = pace_of(
         gains, state.pace, state.speed, machine, reference, speed, surface_velocity, behind, dt
     )
-    ease = _ease(gains, inputs.force, behind, slope)
+    ease = _ease(gains, inputs.force, behind)
     loaded = engaged * min(state.loaded + gains.growth * dt, 1e3)
     ramp = where(engaged > 0.5, clip((HARD + loaded) / max(inputs.force, HARD), 0.0, 1.0), 1.0)
 
@@ -288,20 +287,15 @@ def _cues(state: State, inputs: LawInput, out: Any) -> Cues:
     )
 
 
-def _ease(gains: Any, force: Any, behind: Any, slope: Array) -> Any:
-    """Share of the wanted force `force`, N, for a pen that is `behind` its path, m, on a `slope` (2,).
+def _ease(gains: Any, force: Any, behind: Any) -> Any:
+    """Share of the wanted force `force`, N, for a pen that is `behind` its path, m.
 
-    Friction grows with the press, and with it how far a sound pen stays behind. A hard press gives way by no
-    more newtons than one of `HARD`: the tilt of a press that goes at once throws the pen off.
+    Friction grows with the press, and with it how far a sound pen stays behind.
     """
-    tangent = (slope[0] ** 2 + slope[1] ** 2) ** 0.5
-    steep = clip((tangent - STEEP[0]) / (STEEP[1] - STEEP[0]), 0.0, 1.0)
-    early = clip(min(force, HARD**2 / max(force, 1.0)), 1.0, HARD)
-    further = where(force > HARD, force + steep * (early - force), early)
+    most = gains.ease_grows
+    further = clip(min(force, most**2 / max(force, 1.0)), 1.0, most)
     begin, end = further * gains.ease_beyond[0], further * gains.ease_beyond[1]
-    given = (1.0 - gains.least_ease) * HARD
-    least = where(force > HARD, 1.0 - given / max(force, HARD), gains.least_ease)
-    return clip((end - behind) / (end - begin), least, 1.0)
+    return clip((end - behind) / (end - begin), gains.least_ease, 1.0)
 
 
 def out_of_touch(gains: Any, state: State, inputs: LawInput) -> Any:
