@@ -18,6 +18,9 @@ the pen leaves. Eased for lag: the law presses less, as the pen is behind its pa
 for what its integral, its energy or the rotors do not give.
 """
 
+HARD = 2.0
+"""A press of more than this is a hard one, N: what tilt and friction then do to a pen is counted in."""
+
 
 def wanted_force(along: Any, own: Any) -> Any:
     """The normal force that is wanted, N: what the path says (`Reference.force`), else the law's own."""

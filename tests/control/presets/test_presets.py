@@ -17,7 +17,7 @@ from skylimb.control.shape.laws import recentring
 from skylimb.control.translation.laws import following
 from skylimb.robots.model import Robot
 
-KINDS = {"tilting", "pushing", "chain", "pairs", "pushing_pairs"}
+KINDS = {"tilting", "pushing", "chain", "vectoring", "pairs", "pushing_pairs"}
 """Tables that are of no robot by name."""
 
 
@@ -305,7 +305,8 @@ def test_the_presets_are_what_has_been_flown(robot: Robot) -> None:
         "axis_speed": 0.025,
         "least_pace": 0.25, "path_acceleration": 0.05, "wait_beyond": 0.08, "waiting_pace": 0.1,
         "waiting_speed": 100.0, "body_share": 0.5,
-        "ease_beyond": [0.015, 0.04], "least_ease": 0.2, "machine.touch_force": 0.5,
+        "ease_beyond": [0.015, 0.04], "ease_grows": 3.2, "least_ease": 0.2, "growth": 1.0,
+        "machine.touch_force": 0.5,
         "machine.touch_time": 0.015, "machine.lost_force": 0.25, "machine.lost_time": 0.2,
         "machine.settle_time": 1.0, "machine.rest_time": 0.5, "machine.search": 0.25,
         "machine.search_again": 0.1, "surface.drift": 0.1, "surface.height_noise": 0.003,
@@ -315,7 +316,8 @@ def test_the_presets_are_what_has_been_flown(robot: Robot) -> None:
         "rate": 0.3, "arm_share": 0.0, "rate_limit": 0.08, "offset": 0.0
     }  # fmt: skip
     assert flattened(following, "translation") == {
-        "stiffness": [5.0, 10.0, 5.0], "damping_ratio": [0.8, 0.7, 0.8], "press_stiffness": 0.3,
+        "stiffness": [5.0, 10.0, 5.0], "damping_ratio": [0.8, 0.7, 0.8], "stiffening": 0.6,
+        "press_stiffness": 0.3,
         "press_damping": 4.0, "press_mass_ratio": 0.7, "force": 1.0, "force_integral": 0.5,
         "force_integral_limit": 3.0, "tank": 0.5, "cancel": [0.5, 0.7], "cancel_cutoff": [5.0, 5.0],
         "cancel_limit": 1.0, "cancel_speed": 0.06, "error_limit": 0.1, "pen": 1.0, "hanging": 1.0,
@@ -348,12 +350,13 @@ def test_what_a_law_does_where_no_preset_says_otherwise() -> None:
         "axis_speed": 0.04,
         "least_pace": 0.25, "path_acceleration": 0.1, "wait_beyond": 0.08, "waiting_pace": 0.1,
         "waiting_speed": 100.0, "body_share": 0.5,
-        "ease_beyond": [0.015, 0.04], "least_ease": 1.0, "machine": to_mapping(contact.MachineGains()),
+        "ease_beyond": [0.015, 0.04], "ease_grows": 2.0, "least_ease": 1.0, "growth": 1e3,
+        "machine": to_mapping(contact.MachineGains()),
         "surface": {"drift": 0.5, "height_noise": 0.003, "cross_noise": 3.0},
     }  # fmt: skip
     springs = {"stiffness": [5.0] * 3, "damping_ratio": [1.0] * 3}
     assert to_mapping(following.Gains((5.0, 5.0, 5.0), (1.0, 1.0, 1.0))) == {
-        **springs, "press_stiffness": 0.3, "press_damping": 3.3,
+        **springs, "stiffening": 0.0, "press_stiffness": 0.3, "press_damping": 3.3,
         "press_mass_ratio": 0.6, "force": 1.0, "force_integral": 0.5, "force_integral_limit": 3.0,
         "tank": 0.5, "cancel": [1.0, 1.0], "cancel_cutoff": [5.0, 5.0], "cancel_limit": 1.0,
         "cancel_speed": 0.06, "error_limit": 0.1, "pen": 1.0, "hanging": 0.0, "feed": 0.0,

@@ -35,20 +35,24 @@ def test_the_page_tells_the_verdict(experiment: str, controller: str) -> None:
         assert f"force {100.0 * checks['force']['value']:.0f} % off" in words
 
 
-def test_a_press_of_4_newtons_is_missed_because_it_is_eased() -> None:
-    """Whoever presses on instead leaves a quarter of the line out."""
-    run = skylimb.run("paper", "following", set={FORCE: 4.0})
+def test_a_press_of_5_newtons_is_missed_and_says_why() -> None:
+    """On 20 degrees friction takes too much of it: the pen lags, is pressed less, and comes off."""
+    run = skylimb.run("paper", "following", set={FORCE: 5.0})
     assert run.status == "OK"
     assert run.done is False
-    assert run.metrics["force_error_percent"] > 20.0
+    assert run.metrics["force_error_percent"] > 15.0
     limits = run.metrics["force_limits"]
-    assert limits["eased_for_lag"]["share"] > 0.4
-    assert limits["eased_for_lag"]["error"] < -0.4
+    assert limits["eased_for_lag"]["share"] > 0.2
+    assert limits["eased_for_lag"]["error"] < -0.1
     assert sum(limit["error"] for limit in limits.values()) == pytest.approx(run.metrics["force_error_mean"])
-    assert max(limits[name]["share"] for name in ("saturated", "rotors")) < 0.05
     assert "the press was eased while the pen lagged its path" in run.missed[0]
-    pressing = skylimb.run("paper", "following", set={FORCE: 4.0, "controller.contact.least_ease": 1.0})
-    assert pressing.metrics["line_covered"] < 0.9
+
+
+def test_a_press_of_4_newtons_is_kept_and_its_line_is_not() -> None:
+    run = skylimb.run("paper", "following", set={FORCE: 4.0})
+    assert run.done is False
+    assert run.metrics["force_error_percent"] < 3.0
+    assert all("of the line" in missed for missed in run.missed)
 
 
 def test_a_press_of_2_newtons_is_done() -> None:

@@ -30,7 +30,7 @@ from skylimb.control.estimation.records import Start
 from skylimb.control.estimation.surface import SurfaceState, follow_surface
 from skylimb.control.missions.reference import zero_reference
 from skylimb.control.needs import Needs
-from skylimb.control.press import EASED, PLAIN, SEARCHING, WAITING
+from skylimb.control.press import EASED, LOADING, PLAIN, SEARCHING, WAITING
 from skylimb.control.records import ContactView, LawInput
 from skylimb.robots.description import GRAVITY
 
@@ -469,13 +469,47 @@ def test_a_pen_that_stays_behind_presses_less(look: Any, behind: float, ease: fl
 
 
 @pytest.mark.parametrize(
-    ("force", "further"), [(0.4, 1.0), (1.0, 1.0), (1.5, 1.5), (2.0, 2.0), (3.0, 4.0 / 3.0), (5.0, 1.0)]
+    ("force", "grows", "further"),
+    [
+        *(
+            (0.4, 2.0, 1.0),
+            (1.0, 2.0, 1.0),
+            (1.5, 2.0, 1.5),
+            (2.0, 2.0, 2.0),
+            (3.0, 2.0, 4 / 3),
+            (5.0, 2.0, 1.0),
+        ),
+        *((1.5, 3.0, 1.5), (2.0, 3.0, 2.0), (3.0, 3.0, 3.0), (4.0, 3.0, 2.25), (9.0, 3.0, 1.0)),
+    ],
 )
-def test_who_presses_harder_lets_the_pen_stay_further_behind(look: Any, force: float, further: float) -> None:
-    """As friction does: twice as far at 2 N, and from 4 N on no further than at 1 N."""
+def test_who_presses_harder_lets_the_pen_stay_further_behind(
+    look: Any, force: float, grows: float, further: float
+) -> None:
+    """As friction does; force times distance stays beyond a force."""
+    gains = replace(GAINS, ease_grows=grows)
     for behind, ease in ((0.015, 1.0), (0.0275, 0.5), (0.04, 0.2)):
-        _, view, _ = look(at_state(SLIDE), wanted=force, position=task(0.0, further * behind, 0.0))
+        state = at_state(SLIDE, loaded=10.0)
+        _, view, _ = look(state, gains, wanted=force, position=task(0.0, further * behind, 0.0))
         assert float(view.ease) == pytest.approx(ease, abs=1e-9)
+
+
+@pytest.mark.parametrize("force", [1.0, 2.0])
+def test_a_press_of_up_to_two_newtons_comes_at_once(look: Any, force: float) -> None:
+    _, view, _ = look(at_state(SETTLE), replace(GAINS, growth=1.0), wanted=force)
+    assert (view.ramp, view.ease, view.reason) == (1.0, 1.0, WAITING)
+
+
+def test_a_harder_press_grows_from_two_newtons(look: Any) -> None:
+    gains = replace(GAINS, growth=1.0)
+    state, view, _ = look(at_state(SETTLE, loaded=0.5), gains, wanted=5.0)
+    assert state.loaded == pytest.approx(0.5 + DT)
+    assert view.ramp == view.ease == pytest.approx((2.5 + DT) / 5.0)
+    assert view.reason == LOADING
+    _, view, _ = look(at_state(SLIDE, loaded=3.0), gains, wanted=5.0)
+    assert (view.ramp, view.reason) == (1.0, PLAIN)
+    # Out of touch it begins anew, and what is commanded then is whole.
+    state, view, _ = look(at_state(LOST, loaded=3.0), gains, wanted=5.0, force=0.0 * A)
+    assert (state.loaded, view.ramp) == (0.0, 1.0)
 
 
 def test_the_machine_gets_the_laws_own_gains(look: Any) -> None:

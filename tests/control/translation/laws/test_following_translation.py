@@ -258,6 +258,17 @@ def test_what_a_harder_press_rubs_with_is_not_taken_for_the_robot_s_own(make_inp
         assert force[2] == pytest.approx(own, abs=1e-12)
 
 
+@pytest.mark.parametrize(("wanted", "factor"), [(1.0, 1.0), (2.0, 1.0), (3.0, 1.25), (5.0, 1.75)])
+def test_the_sliding_springs_grow_with_a_hard_press(make_inputs: Make, wanted: float, factor: float) -> None:
+    def pulls(stiffening: float) -> np.ndarray:
+        gains = following.Gains(GAINS.stiffness, GAINS.damping_ratio, stiffening=stiffening)
+        at = make_inputs(contact=ENGAGED, wanted=wanted, position=np.array([0.0, 0.03, 0.0]), **CALM)
+        return step(at, gains)[1]
+
+    assert pulls(0.5)[1] == pytest.approx(factor * pulls(0.0)[1])
+    assert pulls(0.0)[1] < 0.0
+
+
 # ---- where the centre of gravity is led ----
 
 

@@ -36,7 +36,7 @@ from skylimb.control.press import EASED, LOADING, UNLOADING, wanted_force
 from skylimb.control.records import ContactView, LawInput, Reference
 from skylimb.symbolic import Array, clip, cross, dot, max, min, norm, sqrt, vector, where
 
-PROVIDES = (*following.PROVIDES, "contact.across", "contact.landing", "contact.own_speed", "contact.ramp")
+PROVIDES = (*following.PROVIDES, "contact.across", "contact.landing", "contact.own_speed")
 REQUIRES, OPTIONAL = following.REQUIRES, following.OPTIONAL
 
 AHEAD, SEEN = 0.05, 1.5

@@ -39,7 +39,7 @@ from skylimb.control.estimation.surface import (
     expected_height,
 )
 from skylimb.control.needs import Needs
-from skylimb.control.press import EASED, PLAIN, SEARCHING, WAITING
+from skylimb.control.press import EASED, HARD, LOADING, PLAIN, SEARCHING, WAITING
 from skylimb.control.records import ContactView, LawInput
 from skylimb.symbolic import Array, clip, cross, dot, max, min, where
 
@@ -54,14 +54,10 @@ PROVIDES = (
     "contact.ease",
     "contact.reason",
     "contact.gone",
+    "contact.ramp",
 )
 REQUIRES = ("estimate.body", "estimate.arm", "estimate.wrench", "estimate.contact_force")
 OPTIONAL = {"estimate.bias": "", "estimate.scale": ""}
-
-
-HARD = 2.0
-"""Wanted force up to which the distances of `ease_beyond` grow with it, N. Beyond, force times distance
-stays, down to those of 1 N: farther ones lost 3 N at a friction of 0.7 on a board of 20 degrees."""
 
 
 @configuration
@@ -122,14 +118,32 @@ class Gains:
         tuple[float, float],
         Key(
             "m",
-            "distances of the pen from its path between which the press eases; twice as far at 2 N",
+            "distances of the pen from its path between which the press eases, up to 1 N; they grow with it",
             low=0.0,
             high=1.0,
         ),
     ] = (0.015, 0.04)
+    ease_grows: Annotated[
+        float,
+        Key(
+            "N",
+            "wanted force up to which those distances grow with it; beyond, force times distance stays",
+            low=1.0,
+            high=20.0,
+        ),
+    ] = 2.0
     least_ease: Annotated[
         float, Key("", "share of the wanted force beyond the second; 1 to press on", low=0.05, high=1.0)
     ] = 1.0
+    growth: Annotated[
+        float,
+        Key(
+            "N/s",
+            "rate at which a press of more than 2 N grows from there after a touch",
+            above=0.0,
+            high=1e3,
+        ),
+    ] = 1e3
     machine: MachineGains = field(default_factory=MachineGains)
     surface: SurfaceGains = field(default_factory=SurfaceGains)
 
@@ -155,6 +169,7 @@ class State(NamedTuple):
         pressed: normal force that was felt lately, N.
         touched: where in the sliding plane the tip touched last, m, (2,).
         known: 1 once it has slid on the surface, until nothing is found there.
+        loaded: how far the press has grown beyond `HARD` since the touch, N.
     """
 
     machine: MachineState
@@ -169,6 +184,7 @@ class State(NamedTuple):
     pressed: Any = 0.0
     touched: Array = np.zeros(2)
     known: Any = 0.0
+    loaded: Any = 0.0
 
 
 def needs(gains: Gains) -> Needs:
@@ -220,13 +236,15 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
         gains, state.pace, state.speed, machine, reference, speed, surface_velocity, behind, dt
     )
     ease = _ease(gains, inputs.force, behind)
+    loaded = engaged * min(state.loaded + gains.growth * dt, 1e3)
+    ramp = where(engaged > 0.5, clip((HARD + loaded) / max(inputs.force, HARD), 0.0, 1.0), 1.0)
 
     reason = where(is_in(machine.state, SETTLE) > 0.5, WAITING, PLAIN)
-    reason = where(ease < 1.0, EASED, reason)
+    reason = where(ease < 1.0, EASED, where(ramp < 1.0, LOADING, reason))
     reason = where(is_in(machine.state, APPROACH, LOST, RECONTACT) > 0.5, SEARCHING, reason)
     view = ContactView(
-        engaged, axis_position, axis_velocity, anchor, surface_velocity, normal_force, speed, ease
-    )._replace(reason=reason, gone=felt.gone)
+        engaged, axis_position, axis_velocity, anchor, surface_velocity, normal_force, speed, ease * ramp
+    )._replace(ramp=ramp, reason=reason, gone=felt.gone)
     signals = {
         "pace": pace,
         "contact_state": machine.state,
@@ -250,6 +268,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
         felt.pressed,
         touched=where(felt.touching > 0.5, place[1:3], state.touched),
         known=max(state.known, is_in(machine.state, SLIDE)) * there,
+        loaded=loaded,
     )
     return new, view, signals
 
@@ -273,7 +292,8 @@ def _ease(gains: Any, force: Any, behind: Any) -> Any:
 
     Friction grows with the press, and with it how far a sound pen stays behind.
     """
-    further = clip(min(force, HARD**2 / max(force, 1.0)), 1.0, HARD)
+    most = gains.ease_grows
+    further = clip(min(force, most**2 / max(force, 1.0)), 1.0, most)
     begin, end = further * gains.ease_beyond[0], further * gains.ease_beyond[1]
     return clip((end - behind) / (end - begin), gains.least_ease, 1.0)
 

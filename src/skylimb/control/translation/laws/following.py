@@ -33,7 +33,7 @@ import numpy as np
 from skylimb.base.keys import Key, Vector3, configuration
 from skylimb.control.estimation.records import Signals, Start
 from skylimb.control.needs import Needs
-from skylimb.control.press import UNLOADING
+from skylimb.control.press import HARD, UNLOADING
 from skylimb.control.records import LawInput
 from skylimb.control.terms import place_terms
 from skylimb.control.translation.hanging import slow_arm
@@ -96,6 +96,12 @@ class Gains:
         ),
     ]
     damping_ratio: Annotated[Vector3, Key("", "damping ratio of those springs", above=0.0, high=100.0)]
+    stiffening: Annotated[
+        float,
+        Key(
+            "", "how much the sliding axes' stiffness grows with a force of more than 2 N", low=0.0, high=1.0
+        ),
+    ] = 0.0
     press_stiffness: Annotated[float, Key("1/s^2", "stiffness K_a / m of the anchor", low=0.0, high=1e4)] = (
         0.3
     )
@@ -222,7 +228,10 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
     m = body.model.mass
     a, u = reference.contact_axis, reference.sliding_axis
     v = cross(a, u)
-    damping = 2.0 * gains.damping_ratio * gains.stiffness**0.5
+    # Friction grows with the press: so does the spring that holds the pen against it.
+    firmer = 1.0 + gains.stiffening * (max(inputs.force / HARD, 1.0) - 1.0)
+    stiffness = [gains.stiffness[0], firmer * gains.stiffness[1], firmer * gains.stiffness[2]]
+    damping = [2.0 * gains.damping_ratio[i] * stiffness[i] ** 0.5 for i in range(3)]
 
     hanging = slow_arm(estimate, gains.hanging, state.hung, dt)
     target = cog_target(gains, inputs, hanging.arm)
@@ -241,11 +250,11 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
     leaving = 0.0 if contact.reason is None else where(contact.reason == UNLOADING, 1.0, 0.0)
     total, proportional, derivative = m * body.model.gravity, np.zeros(3), np.zeros(3)
     for axis, i in ((u, 1), (v, 2)):
-        limit = _error_limit(gains, axis, i, body.model.gravity)
+        limit = _error_limit(gains, axis, stiffness[i], body.model.gravity)
         error = clip(dot(axis, body.position - target), -limit, limit)
         swings = max(gains.swing[i - 1] * counted, gains.leaving_swing[i - 1] * leaving)
         error_rate = dot(axis, body.velocity + swings * swing - reference.tip_velocity)
-        damper, spring = hanging.firmness * damping[i] * error_rate, gains.stiffness[i] * error
+        damper, spring = hanging.firmness * damping[i] * error_rate, stiffness[i] * error
         wanted = dot(axis, reference.tip_acceleration) - damper - spring
         total = total + axis * (m * wanted - known[i - 1])
         proportional, derivative = proportional - axis * spring, derivative - axis * damper
@@ -283,8 +292,8 @@ def cog_target(gains: Any, inputs: LawInput, arm: Array) -> Array:
     return target + a * (along - dot(a, target))
 
 
-def _error_limit(gains: Any, axis: Array, i: int, gravity: Array) -> Any:
-    """The error beyond which a spring pulls no harder, m: one that carries gives half the weight."""
+def _error_limit(gains: Any, axis: Array, stiffness: Any, gravity: Array) -> Any:
+    """The error beyond which a spring (1/s^2) pulls no harder, m: one that carries gives half the weight."""
     g = dot(gravity, gravity) ** 0.5
-    most = clip(0.5 * g / gains.stiffness[i] - gains.error_limit, 0.0, 10.0)
+    most = clip(0.5 * g / stiffness - gains.error_limit, 0.0, 10.0)
     return gains.error_limit + upright(axis, gravity) * most
