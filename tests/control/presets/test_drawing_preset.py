@@ -291,7 +291,7 @@ def test_it_is_following_but_for_what_it_says(robot: Any) -> None:
     assert changed == {
         *("stiffness", "damping_ratio", "cancel", "cancel_speed", "feed"),
         *("swing", "swing_cutoff", "swing_speed", "leaving_swing"),
-        *("landing_cancel", "press_damping"),
+        *("landing_cancel", "press_damping", "stiffening"),
     }
 
 
