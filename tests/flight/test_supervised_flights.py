@@ -297,6 +297,16 @@ def test_without_a_rotor_it_descends_level_or_its_rotors_stop(rotor: str, end: f
         assert len(modes) == 1200
 
 
+def test_a_robot_without_its_second_rotor_is_kept_slow() -> None:
+    """Rotor 3 is at its limit then, and no thrust turns the robot back: it came to 1.8 m/s."""
+    lost = {"kind": "rotor", "time": 8.0, "rotor": "rotor2", "effectiveness": 0.0}
+    asked = {**CATALOGUED, "surface.slope": -0.349, "events": [lost], "stop_at": 9.5}
+    log = skylimb.run("paper", "following", set=asked).log
+    assert log.supervisor_mode.values[-1] == 3.0
+    assert np.linalg.norm(log.cog_velocity.values, axis=1).max() < 1.3
+    assert log.tilt.values.max() < 0.35
+
+
 @pytest.mark.parametrize(
     ("servo", "speed"), [("gimbal_joint2", 2.0), ("gimbal_joint4", -2.0), ("gimbal_joint3", -2.0)]
 )
