@@ -48,7 +48,7 @@ def test_without_ros_one_line_says_what_to_install(tmp_path: Path, command: Call
 def test_mistakes_are_said_before_ros_is_looked_for(command: Callable[..., str]) -> None:
     assert "PROFILE = 'bot' is not one of simulator, controller, both" in command("bot")
     said = command("controller")
-    assert "holds no attitude" in said
+    assert "the robot falls as it is" in said
     assert "--bare says that you know" in said
     assert "--cells = 99 is outside of 0 .. 20" in command("both", "--cells", "99")
 
