@@ -60,7 +60,7 @@ class Imu:
 
     @property
     def tells(self) -> bool:
-        """Whether its rates are numbers: one without them is as good as none."""
+        """Whether its rates are numbers; without them it counts as silent."""
         return all(map(math.isfinite, self.gyro))
 
 
