@@ -196,10 +196,10 @@ def staging(path: Path, left: Collection[Path] = ()) -> Iterator[Path]:
     parent = path.absolute().parent
     made = [folder for folder in (parent, *parent.parents) if not folder.exists()]
     aside = _aside(path.absolute())
-    with writing(path):
-        parent.mkdir(parents=True, exist_ok=True)
-        aside.mkdir(mode=0o700)
     try:
+        with writing(path):
+            parent.mkdir(parents=True, exist_ok=True)
+            aside.mkdir(mode=0o700)
         yield aside
     finally:
         if not left:

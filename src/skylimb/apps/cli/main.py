@@ -7,6 +7,7 @@ that came to its end without doing what was commanded is no error: its verdict s
 
 from __future__ import annotations
 
+import errno
 import logging
 import signal
 import sys
@@ -63,17 +64,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if extra is None:
             raise
         return _complain(str(extra), 2, debug and error)
-    except (RecursionError, MemoryError) as error:
-        # What reads files has ceilings of its own; this is for what they do not know of.
-        why = "this machine's memory" if isinstance(error, MemoryError) else "levels inside of each other"
-        asked = f"'{' '.join(arguments)[:200]}'"
-        return _complain(f"{asked} needs more {why} than there may be", 2, debug and error)
     except KeyboardInterrupt as stop:
         kept = _notes(stop) or ["what was not finished is not kept"]
         return _complain("; ".join(("interrupted", *kept)), 128 + (terminated or [signal.SIGINT])[0])
     except BrokenPipeError:
         give_up(sys.stdout)  # the reader (`skylimb list | head`) has seen enough
         return 0
+    except (RecursionError, MemoryError, OSError) as error:
+        # What reads files has ceilings of its own; this is for what they do not know of.
+        if (lack := _lacked(error)) is None:
+            raise
+        asked = f"'{' '.join(arguments)[:200]}'"
+        return _complain(f"{asked} needs {lack} than there may be", 2, debug and error)
 
 
 def _dispatch(arguments: list[str]) -> int:
@@ -121,6 +123,13 @@ def _overview() -> str:
 def _warn(message: Warning | str, *_: object) -> None:
     """Show a warning as a line for who reads it, without the place in the code."""
     print(f"skylimb: warning: {' '.join(str(message).split())}", file=sys.stderr)
+
+
+def _lacked(error: Exception) -> str | None:
+    """What an input asked too much of; None where it is something else that went wrong."""
+    if isinstance(error, OSError):
+        return "a longer name of a file" if error.errno == errno.ENAMETOOLONG else None
+    return f"more {'memory' if isinstance(error, MemoryError) else 'levels inside of each other'}"
 
 
 def _complain(message: str, code: int, shown: BaseException | bool = False) -> int:

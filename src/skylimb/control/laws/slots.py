@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import importlib
 import inspect
+import os
 import pkgutil
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -129,7 +130,7 @@ def law_file(slot: str, name: str, folder: Path) -> Path | None:
         return folder / name
     file = added_file("laws", f"{slot}.{name}", name in law_names(slot))
     if file is None and name not in law_names(slot):
-        own = [f"{name}.py"] if (folder / f"{name}.py").is_file() else []
+        own = [f"{name}.py"] if os.path.isfile(folder / f"{name}.py") else []  # False for too long a name
         raise unknown_name(f"{slot} law", name, [*law_names(slot), *added_names("laws", f"{slot}."), *own])
     return file
 

@@ -227,7 +227,7 @@ def _is_file(key: str, value: str, folder: Path) -> bool:
     if key.endswith((".law", "surface.kind")):
         return value.endswith(".py")
     if key == "robot":
-        return ("/" in value or (folder / value).exists()) and value not in list_robots()
+        return ("/" in value or os.path.exists(folder / value)) and value not in list_robots()
     return bool(value)
 
 
