@@ -12,6 +12,7 @@ from skylimb.analysis.scores.signals import in_phase
 from skylimb.base.errors import ConfigError
 from skylimb.base.rotations import rot_z, rotation_from_rpy
 from skylimb.control.estimation.calibration import (
+    LEVER,
     TRIM_POLE,
     Calibration,
     Correction,
@@ -93,14 +94,44 @@ def test_nothing_is_done_that_is_not_switched_on(model: RobotState) -> None:
         Calibration(rate=0.0)
 
 
-def test_the_bias_comes_in_after_the_tare_and_smoothly() -> None:
+def test_the_bias_comes_in_after_the_tare_and_smoothly(model: RobotState) -> None:
     tare, state = TareState(np.array([0.6, 0.0, 0.0]), np.array([0.0, 0.1, 0.0]), 100.0), Correction()
-    state = follow_bias(Calibration(rate=2.0), state, tare, 1.0, 0.005)
+    weight = model.mass * GRAVITY
+    state = follow_bias(Calibration(rate=2.0), state, tare, weight, 1.0, 0.005)
     assert not state.force.any()
+    assert not state.torque.any()
     for _ in range(100):
-        state = follow_bias(Calibration(rate=2.0), state, tare, 0.0, 0.005)
+        state = follow_bias(Calibration(rate=2.0), state, tare, weight, 0.0, 0.005)
     np.testing.assert_allclose(state.force, (1.0 - np.exp(-1.0)) * tare.force)
     np.testing.assert_allclose(state.torque, (1.0 - np.exp(-1.0)) * tare.torque)
+
+
+def test_while_the_tare_is_taken_what_turns_by_more_than_the_lever_is_in_force(
+    model: RobotState,
+) -> None:
+    """About the level axes; a second tare is as free to leave what is in force."""
+    weight = model.mass * GRAVITY
+    most = LEVER * weight
+    great = TareState(np.ones(3), np.array([3.0 * most, -1.5 * most, 5.0 * most]), 100.0)
+    state = Correction(torque=np.array([0.0, 0.0, 0.2]))
+    for _ in range(2):
+        state = follow_bias(Calibration(), state, great, weight, 1.0, 0.005)
+        np.testing.assert_allclose(state.torque, [2.0 * most, -0.5 * most, 0.2])
+        assert not state.force.any()
+    near = great._replace(torque=state.torque + 0.9 * most)
+    again = follow_bias(Calibration(), state, near, weight, 1.0, 0.005)
+    np.testing.assert_array_equal(again.torque, state.torque)
+
+
+@pytest.mark.parametrize("preset", ["following", "drawing"])
+def test_a_centre_of_gravity_that_is_off_turns_no_robot_for_all_of_its_tare(preset: str) -> None:
+    """Resisted by nobody, .8 N m turned it by 0.05 rad from its target."""
+    keys = {"phases.hover": 0.5, "trajectory.duration": 0.5, "plant.cog_offset": [0.02, 0.0, 0.0]}
+    run = skylimb.run("paper", preset, set={**HOVER, **keys})
+    assert run.status == "OK", run.cause
+    log = run.log.isel(time=np.flatnonzero(in_phase(run.log, "tare"))[-200:])
+    turned = (log.attitude_estimate - log.attitude_target).values.mean(axis=0)
+    assert np.linalg.norm(turned) < 0.035
 
 
 def test_up_to_the_tare_what_is_felt_along_the_weight_is_in_force_within_a_quarter(model: RobotState) -> None:

@@ -153,7 +153,8 @@ def test_the_predictive_law_predicts_and_calibrates_what_the_papers_found(robot:
     np.testing.assert_allclose(flat(found.bias.force), flat(bias.force))
     np.testing.assert_allclose(flat(found.bias.torque), correction.torque)
     np.testing.assert_allclose(flat(found.wrench.force), flat(then.wrench.force))
-    wanted = follow_bias(gains.calibration, correction, tare, 0.0, DT)
+    weight = then.body.model.mass * then.body.model.gravity[2]
+    wanted = follow_bias(gains.calibration, correction, tare, weight, 0.0, DT)
     np.testing.assert_allclose(flat(after.correction.force), wanted.force)
     assert float(after.momentum.push.contact_force) == float(plain.push.contact_force)
     assert signals == {}

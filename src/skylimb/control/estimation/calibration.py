@@ -11,6 +11,9 @@ geometric, with F = m g the hover thrust along z of {C}:
 A turn about the vertical and the height of the centre of gravity are invisible. Rotors that differ from the
 model by 2 % each read as about 3 mm of d; a hover cannot tell the two apart.
 
+From the tare's first tick on its mean counts as no disturbance, so no law resists it, and the rotors make it
+up only once it is known. A torque beyond `LEVER` would turn the robot all that time: it is fed at once.
+
 Rotors that all push more or less than they are told move the robot long before a tare is over. So up to the
 tare it is trimmed: what is felt along its weight in free flight is fed at once, within `TRIM` of the weight.
 With `thrust` the tare's bias along the weight becomes a scale then: in hover the rotors carry the weight, so
@@ -39,6 +42,8 @@ TRIM, SOUND = 0.25, 0.12
 bias with which a robot may still touch."""
 TRIM_POLE = 30.0
 """1/s, of what is fed before the tare."""
+LEVER = 0.01
+"""m: by as much may a centre of gravity seem off without being fed while the tare is taken."""
 
 
 @configuration
@@ -72,12 +77,16 @@ class Correction(NamedTuple):
     felt: Any = 0.0
 
 
-def follow_bias(gains: Any, state: Correction, tare: TareState, collecting: Any, dt: float) -> Correction:
-    """Let the bias in once it is known and no longer averaged."""
+def follow_bias(
+    gains: Any, state: Correction, tare: TareState, weight: Any, collecting: Any, dt: float
+) -> Correction:
+    """Let the bias in once it is known and no longer averaged, and a great torque about level axes before."""
     step = (1.0 - exp(-gains.rate * dt)) * (1.0 - collecting)
+    more, most = tare.torque - state.torque, LEVER * weight
+    beyond = [collecting * (more[i] - clip(more[i], -most, most)) for i in range(2)]
     return state._replace(
         force=state.force + step * (tare.force - state.force),
-        torque=state.torque + step * (tare.torque - state.torque),
+        torque=state.torque + step * more + vector(*beyond, 0.0),
     )
 
 
@@ -170,7 +179,8 @@ def calibrate(
     yaw = rpy_from_rotation(then.body.R_WC)[2]
     bias = fed_bias(gains, known.correction, yaw)
     body, arm = calibrated(gains, known.correction, now)
-    correction = follow_bias(gains, known.correction, known.tare, collecting, dt)
+    weight = then.body.model.mass * then.body.model.gravity[2]
+    correction = follow_bias(gains, known.correction, known.tare, weight, collecting, dt)
     begun = known.tare.ticks + sensed.reference.touch
     correction = trimmed(correction, then.raw, then.body.model, begun, pole, dt)
     scale = known.correction.scale
