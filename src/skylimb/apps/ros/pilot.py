@@ -197,7 +197,7 @@ class Pilot:
             "" if flight is None else flight.broken(body) or silent,
             tuple(refused),
             received.armed,
-            received.idles,
+            received.carried,
             inputs.rest,
             flight is not None and flight.cut,
             # Whom nobody commands here the flight controller brings down by itself.

@@ -65,8 +65,8 @@ class Piloted(ABC):
         arrived = list(arrived)
         received, now = self._sorter.sort(arrived), self._pacer.time()
         measured, taken = self._measured(now)
-        acknowledged, idles = self._acknowledged(received), self._idles(received)
-        received = replace(received, acknowledged=acknowledged, idles=idles)
+        acknowledged, carried = self._acknowledged(received), self._carried(received)
+        received = replace(received, acknowledged=acknowledged, carried=carried)
         heard = self._heard.ages(now), self._heard.offsets(stamp - now)
         rest = self._heard.rest(now)
         inputs = Inputs(now, measured, taken, received, now - stamp, *heard, rest, self._lost(now))
@@ -119,9 +119,9 @@ class Piloted(ABC):
         """The last command that the flight controller acknowledged."""
         return received.acknowledged
 
-    def _idles(self, received: Received) -> bool:
-        """Whether the motors are known to carry no robot."""
-        return False
+    def _carried(self, received: Received) -> float:
+        """The share of its weight that the motors give at most."""
+        return np.inf
 
     def _apply(self, tick: Tick) -> None:  # noqa: B027 - a real robot does what is published
         """What follows of a tick."""

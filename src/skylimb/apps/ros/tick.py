@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -34,8 +35,9 @@ class Received:
         mission: that is to be flown; None where none was asked for.
         acknowledged: the last command that the flight controller acknowledged since then.
         battery: charge, per cent; NaN where its voltage is none.
+        volts: its voltage; None where it said nothing, or none.
         pwms: what the motors are driven with; None where the flight controller said nothing.
-        idles: whether that carries no robot.
+        carried: share of the robot's weight that this gives at most; infinity where nobody knows.
         radio: when a radio was heard, s; None where none was.
         taken_over: whether its sticks are moved.
         foreign: who else commands the robot; None where nobody has looked since.
@@ -46,8 +48,9 @@ class Received:
     mission: str | None = None
     acknowledged: int | None = None
     battery: float | None = None
+    volts: float | None = None
     pwms: Pwms | None = None
-    idles: bool = False
+    carried: float = math.inf
     radio: float | None = None
     taken_over: bool = False
     foreign: tuple[str, ...] | None = None
