@@ -86,7 +86,7 @@ def run(
     lab = read_lab_config(config.lab_files, plan.robot)
     servos = lab.servos is not None
     topics = rim.dialect.topics(config.profile, servos)
-    rim.reach(config.profile)
+    rim.reach(config.profile, topics, config.namespace)
     profile = _profile(rim, config, plan, missions, lab, pacer)
     rim.say_left_out(config.profile, (*topics.subscribed, *topics.published), config.messages, say)
     if config.profile == "controller":
