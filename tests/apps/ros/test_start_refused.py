@@ -53,6 +53,23 @@ def test_an_imu_with_a_wrong_sign_or_unit_refuses_the_start(force: float, turnin
     assert not words or any(said.startswith(words) for said in wire.said)
 
 
+@pytest.mark.parametrize("every", [2, 8])
+def test_a_capture_that_is_too_slow_refuses_the_start(every: int) -> None:
+    """With every eighth frame of 100 Hz it took off, swung up and fell."""
+    wire, frames = Wire(), [0]
+
+    def spoil(one: Outgoing) -> Outgoing | None:
+        frames[0] += one.topic is topics.MOCAP
+        return None if one.topic is topics.MOCAP and frames[0] % every else one
+
+    wire.spoil = spoil
+    wire.fly(0.5)
+    started(wire)
+    refused = "start is refused: rate of mocap/pose: 12.5 Hz (at least 20)" in wire.said
+    assert refused == (every == 8)
+    assert (wire.pilot.pilot.flying.state == FlightState.START) == (every == 2)
+
+
 def test_a_battery_of_which_nobody_says_anything_refuses_the_start() -> None:
     wire = Wire()
     wire.spoil = lambda one: None if one.topic is topics.BATTERY else one

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from skylimb.analysis.exchange.body import Bodies, Body
+from skylimb.analysis.exchange.lab_topics import MOCAP
 from skylimb.analysis.exchange.messages import Joints
 from skylimb.apps.ros.airborne import Airborne
 from skylimb.apps.ros.flyer import Flyer
@@ -111,7 +112,8 @@ class Pilot:
         unknown = self._battery is None and self.flyer.needs_battery and self.flyer.cells
         battery = np.nan if unknown else self._battery
         ages = {**inputs.ages, **believed}
-        measured = Measured(body, ages, inputs.offsets, battery, self._foreign, self._imu.off)
+        rates = {MOCAP.name: inputs.rate} if MOCAP.name in inputs.ages else {}
+        measured = Measured(body, ages, inputs.offsets, battery, self._foreign, self._imu.off, rates=rates)
         found, silent = [*checks(self.flyer.desk, measured, self.flyer.limits)], inputs.now - self._radio
         if np.isfinite(silent):  # it was heard once, and has to be heard on
             most = self.flyer.limits.radio

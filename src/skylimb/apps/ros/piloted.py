@@ -69,7 +69,8 @@ class Piloted(ABC):
         received = replace(received, acknowledged=acknowledged, carried=carried)
         heard = self._heard.ages(now), self._heard.offsets(stamp - now)
         rest = self._heard.rest(now)
-        inputs = Inputs(now, measured, taken, received, now - stamp, *heard, rest, self._lost(now))
+        lost, rate = self._lost(now), self._heard.rate
+        inputs = Inputs(now, measured, taken, received, now - stamp, *heard, rest, lost, rate)
         tick = self.pilot.tick(inputs)
         out = [*self._messages(stamp, measured, tick), *self._switched(arrived, tick)]
         if measured is not None:

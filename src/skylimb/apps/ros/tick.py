@@ -72,6 +72,7 @@ class Inputs:
         received: since the last tick.
         ages: of the newest message of each sensor, s.
         offsets: of the sensors' clocks from ours, s.
+        rate: of the motion capture, Hz; NaN before its second frame.
         rest: for how long the accelerometer has felt its weight and nothing else, s.
         stamp_offset: what has to be added to a request's stamp for our clock, s.
         lost: why the robot has to be led back though it is seen; empty while nothing is.
@@ -86,6 +87,7 @@ class Inputs:
     offsets: Mapping[str, float] = field(default_factory=dict)
     rest: float = 0.0
     lost: str = ""
+    rate: float = math.nan
 
 
 @dataclass(frozen=True)
