@@ -65,7 +65,7 @@ def test_a_capture_that_is_too_slow_refuses_the_start(every: int) -> None:
     wire.spoil = spoil
     wire.fly(0.5)
     started(wire)
-    refused = "start is refused: rate of mocap/pose: 12.5 Hz (at least 20)" in wire.said
+    refused = "start is refused: rate of mocap/pose: 12.5 Hz (at least 18)" in wire.said
     assert refused == (every == 8)
     assert (wire.pilot.pilot.flying.state == FlightState.START) == (every == 2)
 

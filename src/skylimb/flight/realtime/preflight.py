@@ -54,7 +54,7 @@ class StartLimits:
     start_turning: float = 0.1
     start_age: float = 0.2
     start_offset: float = 0.1
-    start_rate: float = 20.0
+    start_rate: float = 18.0
     low_battery: float = 10.0
     fence: tuple[tuple[float, float], ...] = ((-20.0, 20.0), (-20.0, 20.0), (-2.0, 10.0))
     disk: float = 1e9
