@@ -240,7 +240,7 @@ def test_a_robot_that_lies_on_its_side_does_not_start() -> None:
     wire.fly(0.2)
     wire.tick("teleop_command/start")
     assert wire.pilot.pilot.flying.state == FlightState.ARM_OFF
-    assert wire.said == ["start is refused: position: not known (a fresh pose, gyro and joint angles)"]
+    assert wire.said == ["start is refused: position: not known: jump (a fresh pose, gyro and joint angles)"]
     wire.fly(4.0)  # it is believed that somebody has laid it down
     wire.tick("teleop_command/start")
     assert wire.said[-1] == "start is refused: attitude: 1.6 rad of tilt (at most 0.2)"

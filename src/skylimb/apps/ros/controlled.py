@@ -66,6 +66,9 @@ class Controlled(Piloted):
     def _measured(self, now: float) -> tuple[Measurement | None, Taken]:
         return self._sensors.measurement(now, self._vectoring)
 
+    def _missing(self) -> tuple[str, ...]:
+        return self._sensors.missing
+
     def _lost(self, now: float) -> str:
         return self._sensors.lost(now)
 

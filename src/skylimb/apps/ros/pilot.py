@@ -113,12 +113,22 @@ class Pilot:
         battery = np.nan if unknown else self._battery
         ages = {**inputs.ages, **believed}
         rates = {MOCAP.name: inputs.rate} if MOCAP.name in inputs.ages else {}
-        measured = Measured(body, ages, inputs.offsets, battery, self._foreign, self._imu.off, rates=rates)
+        measured = Measured(
+            body, ages, inputs.offsets, battery, self._foreign, self._imu.off, None, rates, self._unknown
+        )
         found, silent = [*checks(self.flyer.desk, measured, self.flyer.limits)], inputs.now - self._radio
         if np.isfinite(silent):  # it was heard once, and has to be heard on
             most = self.flyer.limits.radio
             found.append(Check("age of the radio", f"{silent:.3g} s", f"at most {most:g}", silent <= most))
         return found
+
+    @property
+    def _unknown(self) -> str:
+        """Why nobody knows where the robot is."""
+        inputs, _ = self._now
+        if inputs.missing:
+            return f"nothing valid on {', '.join(inputs.missing)}"
+        return self._watch.fault or f"the newest pose is {inputs.now - inputs.taken.pose:.3g} s old"
 
     @property
     def faults(self) -> Counter[str]:

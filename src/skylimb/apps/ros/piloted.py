@@ -70,7 +70,9 @@ class Piloted(ABC):
         heard = self._heard.ages(now), self._heard.offsets(stamp - now)
         rest = self._heard.rest(now)
         lost, rate = self._lost(now), self._heard.rate
-        inputs = Inputs(now, measured, taken, received, now - stamp, *heard, rest, lost, rate)
+        inputs = Inputs(
+            now, measured, taken, received, now - stamp, *heard, rest, lost, rate, self._missing()
+        )
         tick = self.pilot.tick(inputs)
         out = [*self._messages(stamp, measured, tick), *self._switched(arrived, tick)]
         if measured is not None:
@@ -115,6 +117,10 @@ class Piloted(ABC):
     def _lost(self, now: float) -> str:
         """Why the robot has to be led back though it is seen; empty while nothing is."""
         return ""
+
+    def _missing(self) -> tuple[str, ...]:
+        """Topics without which there is no measurement, and on which nothing has come that is one."""
+        return ()
 
     def _acknowledged(self, received: Received) -> int | None:
         """The last command that the flight controller acknowledged."""

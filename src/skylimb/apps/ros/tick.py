@@ -76,6 +76,7 @@ class Inputs:
         rest: for how long the accelerometer has felt its weight and nothing else, s.
         stamp_offset: what has to be added to a request's stamp for our clock, s.
         lost: why the robot has to be led back though it is seen; empty while nothing is.
+        missing: topics without which there is no measurement, and on which nothing has come that is one.
     """
 
     now: float
@@ -88,6 +89,7 @@ class Inputs:
     rest: float = 0.0
     lost: str = ""
     rate: float = math.nan
+    missing: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -152,6 +152,7 @@ class Measured:
         foreign: who else commands it, "node on topic"; None where that cannot be known.
         imu: how far off it is; None where nobody has one.
         rates: of a sensor's messages, Hz; NaN before the second one.
+        unknown: why there is no body, where that is known.
         beginning: how far the mission's is; None where the robot is led there.
     """
 
@@ -163,13 +164,15 @@ class Measured:
     imu: ImuOff | None = None
     beginning: Beginning | None = None
     rates: Mapping[str, float] = field(default_factory=dict)
+    unknown: str = ""
 
 
 def checks(desk: Desk, measured: Measured, limits: StartLimits) -> Iterator[Check]:
     """All that is looked at, one after another."""
     body = measured.body
     if body is None:
-        yield Check("position", "not known", "a fresh pose, gyro and joint angles", False)
+        found = ": ".join(filter(None, ("not known", measured.unknown)))
+        yield Check("position", found, "a fresh pose, gyro and joint angles", False)
     else:
         yield _below("attitude", body.tilt, limits.start_tilt, "rad of tilt")
         yield _below("motion", float(np.linalg.norm(body.velocity)), limits.start_speed, "m/s")
@@ -185,7 +188,7 @@ def checks(desk: Desk, measured: Measured, limits: StartLimits) -> Iterator[Chec
     for name, offset in measured.offsets.items():
         yield _below(f"clock of {name}", abs(offset), limits.start_offset, "s beside ours")
     for name, rate in measured.rates.items():
-        found, least = f"{rate:.3g} Hz", limits.start_rate
+        found, least = "not known" if np.isnan(rate) else f"{rate:.3g} Hz", limits.start_rate
         yield Check(f"rate of {name}", found, f"at least {least:g}", rate >= least)
     if measured.battery is not None:
         enough = measured.battery >= limits.low_battery
