@@ -93,6 +93,8 @@ def run(
         say(WARNING)
         for words in () if rim.dialect.known(plan.robot.n_rotors) else _doubts(lab, plan.robot):
             say(words)
+        if not config.check:
+            say(_bends(plan))
     bridge = Bridge(rim.package, config.profile, config.messages, config.namespace, servos, config.anywhere)
     bridge.carry(rim.opening(plan))
     try:
@@ -200,6 +202,12 @@ def missions_of(plan: FlightPlan, more: Sequence[str]) -> dict[str, Mission]:
         require_flyable(plan.experiment.surface, plan.robot, other.mission)
         found[experiment.name] = other.mission
     return found
+
+
+def _bends(plan: FlightPlan) -> str:
+    """What a robot's servos do as soon as a node begins, before anybody has ordered anything."""
+    angles = ", ".join(f"{angle:.2f}" for angle in plan.mission.first.joint_angles)
+    return f"controller: the joints go to ({angles}) rad now, at their servos' own speed: hands off"
 
 
 def _doubts(config: LabConfig, robot: Robot) -> list[str]:
