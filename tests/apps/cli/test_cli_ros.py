@@ -69,3 +69,15 @@ def test_a_node_that_ends_by_itself_ends_with_1(broken: str, monkeypatch: pytest
     timing = Timing(0.005, np.zeros(2), np.zeros(2), np.zeros(2, dtype=bool))
     monkeypatch.setattr("skylimb.apps.ros.run.run", lambda *given: Flown((), timing, {}, broken=broken))
     assert parse("ros", verbs.ros, ["both"])() == int(bool(broken))
+
+
+def test_a_check_says_the_faults_of_what_came(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """They are why something is not known, and were kept to itself."""
+    timing = Timing(0.005, np.zeros(2), np.zeros(2), np.zeros(2, dtype=bool))
+    found = Flown((), timing, {"inbox: wrong md5 of imu": 7}, failed=("position",))
+    monkeypatch.setattr("skylimb.apps.ros.run.run", lambda *given: found)
+    assert parse("ros", verbs.ros, ["controller", "--bare", "--check"])() == 1
+    said = capsys.readouterr()
+    assert "wrong md5 of imu: 7 times" in said.out + said.err

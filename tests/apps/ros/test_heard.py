@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from skylimb.analysis.exchange.lab_topics import IMU
-from skylimb.analysis.exchange.messages import Imu
+from skylimb.analysis.exchange.lab_topics import IMU, MOCAP
+from skylimb.analysis.exchange.messages import Imu, Pose
 from skylimb.apps.ros.heard import Heard
 from skylimb.apps.ros.messages import Arrived
 
@@ -27,3 +27,16 @@ def test_an_accelerometer_that_is_silent_feels_no_ground() -> None:
     heard = felt(heard, 2.0, 2.3)
     assert heard.rest(2.3) == pytest.approx(0.3)  # nobody knows what it felt before
     assert felt(heard, 2.3, 2.4, 0.9 * G).rest(2.4) == 0.0
+
+
+@pytest.mark.parametrize("rate", [12.0, 100.0, 1000.0])
+def test_the_rate_of_the_capture_is_that_of_its_stamps(rate: float) -> None:
+    """Frames come in bursts, are lost, and their clock is set."""
+    heard = Heard()
+    stamps = [k / rate for k in range(100)]
+    stamps += [stamps[-1] + 5.0 + k / rate for k in range(100)]
+    stamps += [k / rate for k in range(100)]
+    for stamp in stamps:
+        pose = Pose(stamp, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
+        heard = heard.take(Arrived(MOCAP.name, pose, "/capture", 1.0), G)
+    assert heard.rate == pytest.approx(rate)

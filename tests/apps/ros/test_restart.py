@@ -144,6 +144,26 @@ def test_a_robot_that_stands_with_idle_motors_is_disarmed_and_its_rotors_do_not_
     assert most < 0.3 * wire.robot._robot.weight
 
 
+def most_thrust(wire: Wire, seconds: float) -> float:
+    """Fly on; the most that the rotors gave, in weights."""
+    most = 0.0
+    for _ in range(round(seconds / 0.005)):
+        wire.tick()
+        thrusts = wire.robot._spinal.thrusts
+        most = max(most, 0.0 if thrusts is None else float(thrusts.sum()) / wire.robot._robot.weight)
+    return most
+
+
+def test_a_robot_that_its_board_has_landed_by_force_is_disarmed_where_it_stands(hovering: Wire) -> None:
+    """The board leaves its rotors turning with 0.7 of its weight; they came up to 1.1 times it."""
+    killed(hovering, 3.0)
+    assert hovering.where[-1][2] == pytest.approx(STAND, abs=0.01)
+    assert most_thrust(hovering, 1.0) < 0.7
+    assert not hovering.armed
+    assert "give too little to fly" in hovering.said[0]
+    assert hovering.said[1:] == ["ARM_OFF -> STOP", "STOP -> ARM_OFF"]
+
+
 @pytest.mark.parametrize("order", [HALT, FORCE])
 def test_whoever_believes_that_nothing_flies_stops_it_all_the_same(hovering: Wire, order: str) -> None:
     killed(hovering, 0.05)
@@ -220,7 +240,7 @@ def test_a_robot_that_lies_on_its_side_does_not_start() -> None:
     wire.fly(0.2)
     wire.tick("teleop_command/start")
     assert wire.pilot.pilot.flying.state == FlightState.ARM_OFF
-    assert wire.said == ["start is refused: position: not known (a fresh pose, gyro and joint angles)"]
+    assert wire.said == ["start is refused: position: not known: jump (a fresh pose, gyro and joint angles)"]
     wire.fly(4.0)  # it is believed that somebody has laid it down
     wire.tick("teleop_command/start")
     assert wire.said[-1] == "start is refused: attitude: 1.6 rad of tilt (at most 0.2)"

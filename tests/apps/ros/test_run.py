@@ -10,7 +10,7 @@ import pytest
 from skylimb.analysis.exchange.lab_topics import RECORD
 from skylimb.analysis.exchange.recorder import recording
 from skylimb.apps.ros.lab_config import LabConfig, read_lab_config
-from skylimb.apps.ros.run import _doubts, missions_of
+from skylimb.apps.ros.run import _bends, _doubts, missions_of
 from skylimb.base.errors import ConfigError, UnknownNameError
 from steered import ready
 from wired import LAB
@@ -67,3 +67,9 @@ def test_a_forced_landing_that_does_not_bring_the_robot_down_is_said() -> None:
     assert not any("forced landing" in words for words in _doubts(lab, takeoff.robot))
     strong = LabConfig(replace(lab.motors, force_landing_thrust=11.0))
     assert "ends with 11 N a rotor" in _doubts(strong, takeoff.robot)[0]
+
+
+def test_who_begins_a_controller_is_warned_of_the_joints() -> None:
+    """A robot that stood bent otherwise moved before anybody had ordered anything, and nothing said so."""
+    takeoff, _ = ready("hybrid")
+    assert "the joints go to (1.05, 1.05, -0.52) rad now" in _bends(takeoff)

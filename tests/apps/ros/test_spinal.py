@@ -46,6 +46,15 @@ def loop(
     return attitude_loop(spinal, np.asarray(R), rates, now, 0.001, LIMITS)
 
 
+@pytest.mark.parametrize("volts", [22.0, 24.6])
+def test_duties_say_how_much_thrust_they_are_at_most(volts: float) -> None:
+    thrusts = (2.0, 7.0, 8.5, 20.0)
+    duties = [int(2000.0 * duty) for duty in MOTORS.duties(thrusts, volts)]
+    assert sum(thrusts) <= MOTORS.most(duties, volts) < sum(thrusts) + 1.5
+    assert MOTORS.most(duties, None) > MOTORS.most(duties, volts)  # as with a full battery
+    assert MOTORS.most([*duties, 2000], volts) == np.inf  # a motor at its limit may give anything
+
+
 def test_zero_gains_pass_the_base_thrusts_on() -> None:
     R = rotation_from_rpy(0.3, -0.2, 1.0)
     np.testing.assert_array_equal(loop(armed(), R, np.array([1.0, 2.0, 3.0]))[1], BASE.base_thrust)

@@ -53,6 +53,48 @@ def test_an_imu_with_a_wrong_sign_or_unit_refuses_the_start(force: float, turnin
     assert not words or any(said.startswith(words) for said in wire.said)
 
 
+@pytest.mark.parametrize("every", [2, 8])
+def test_a_capture_that_is_too_slow_refuses_the_start(every: int) -> None:
+    """With every eighth frame of 100 Hz it took off, swung up and fell."""
+    wire, frames = Wire(), [0]
+
+    def spoil(one: Outgoing) -> Outgoing | None:
+        frames[0] += one.topic is topics.MOCAP
+        return None if one.topic is topics.MOCAP and frames[0] % every else one
+
+    wire.spoil = spoil
+    wire.fly(0.5)
+    started(wire)
+    refused = "start is refused: rate of mocap/pose: 12.5 Hz (at least 18)" in wire.said
+    assert refused == (every == 8)
+    assert (wire.pilot.pilot.flying.state == FlightState.START) == (every == 2)
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        (None, "nothing valid on mocap/pose"),
+        ({"stamp": 0.0}, "the newest pose is "),
+    ],
+)
+def test_who_is_not_started_hears_why_its_position_is_not_known(
+    change: dict[str, Any] | None, why: str
+) -> None:
+    """No capture, or one without stamps: each was "position: not known"."""
+    wire = Wire()
+
+    def spoil(one: Outgoing) -> Outgoing | None:
+        value: Any = one.value
+        if one.topic is not topics.MOCAP:
+            return one
+        return None if change is None else Outgoing(one.topic, replace(value, **change))
+
+    wire.spoil = spoil
+    started(wire)
+    assert wire.pilot.pilot.flying.state == FlightState.ARM_OFF
+    assert wire.said[0].startswith(f"start is refused: position: not known: {why}")
+
+
 def test_a_battery_of_which_nobody_says_anything_refuses_the_start() -> None:
     wire = Wire()
     wire.spoil = lambda one: None if one.topic is topics.BATTERY else one

@@ -239,6 +239,27 @@ def test_the_battery_is_read_by_the_labs_table() -> None:
     assert percentage(6 * 4.35, 6) == 100.0
 
 
+@pytest.mark.parametrize(
+    ("sinks", "carried", "state", "when"),
+    [
+        (0.0, 0.7, FlightState.STOP, 5),  # it stands, whatever turns its rotors
+        (0.0, 0.9, FlightState.LAND, 0),  # it may hover
+        (0.15, 0.7, FlightState.LAND, 2),  # it has sunk by 2 cm
+        (2.0, 0.7, FlightState.LAND, 0),
+    ],
+)
+def test_a_robot_that_is_found_armed_stands_if_it_does_not_sink_with_too_little_thrust(
+    sinks: float, carried: float, state: FlightState, when: int
+) -> None:
+    told, states = {"armed": True, "carried": carried, "sinking": sinks}, list[FlightState]()
+    flying = Flying()
+    for k in range(when + 1):
+        place = UP - np.array([0.0, 0.0, 0.1 * k * sinks])
+        flying, _ = advance(flying, seen(0.1 * k, position=place, **told), LIMITS)
+        states.append(flying.state)
+    assert states == [FlightState.ARM_OFF] * when + [state]
+
+
 def test_rotors_that_the_supervisor_has_cut_are_disarmed() -> None:
     flying, said = after(at(FlightState.HOVER), seen(1.0, position=UP, cut=True))
     assert (flying.state, flying.arming) == (FlightState.STOP, Arming.OFF)

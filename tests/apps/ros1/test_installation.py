@@ -12,7 +12,10 @@ import pytest
 
 import skylimb
 from skylimb.apps.cli.main import main
+from skylimb.apps.ros.profile import profile_topics
+from skylimb.apps.ros1 import installation
 from skylimb.apps.ros1.installation import require_loopback, require_master
+from skylimb.apps.ros1.rim import ROS1
 from skylimb.base.errors import ConfigError
 
 SOURCE = Path(skylimb.__file__).parent
@@ -82,3 +85,39 @@ def test_a_node_whose_name_is_taken_does_not_begin(
             require_master("both")
         require_master("controller")
     require_master("both")  # of a node that was killed only its name is left
+
+
+@pytest.mark.parametrize(
+    ("profile", "topic", "why"),
+    [
+        ("both", "four_axes/command", "both would publish it as well"),
+        ("both", "mocap/pose", "both would publish it as well"),
+        ("simulator", "imu", "simulator would publish it as well"),
+        ("controller", "mocap/pose", "flies its robot itself"),
+    ],
+)
+def test_a_node_beside_another_one_of_the_same_robot_does_not_begin(
+    master: dict[str, str], monkeypatch: pytest.MonkeyPatch, profile: str, topic: str, why: str
+) -> None:
+    """`both` began beside a `controller` that may be flying: two spoke for one robot."""
+    import rosgraph
+
+    monkeypatch.setenv("ROS_MASTER_URI", master["ROS_MASTER_URI"])
+    monkeypatch.setattr(installation, "_LEAVING", 0.2)
+    topics, name = profile_topics(profile), f"/hydrus_xi/{topic}"
+
+    def reach(namespace: str = "hydrus_xi") -> None:
+        ROS1.reach(profile, topics, namespace)
+
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        address = f"http://127.0.0.1:{other.getsockname()[1]}/"
+        harmless = {"both": "battery_voltage_status", "simulator": "rpy/gain", "controller": "rpy/gain"}
+        rosgraph.Master("/lab").registerPublisher(f"/hydrus_xi/{harmless[profile]}", "*", address)
+        reach()
+        rosgraph.Master("/theirs").registerPublisher(name, "*", address)
+        if profile == "controller":
+            rosgraph.Master("/theirs").registerPublisher("/hydrus_xi/four_axes/command", "*", address)
+        reach("another")
+        with pytest.raises(ConfigError, match=rf"^node '/theirs' publishes '/hydrus_xi/.*', and {why}; end"):
+            reach()
+    reach()  # of a node that was killed only its name is left

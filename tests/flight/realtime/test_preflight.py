@@ -65,7 +65,10 @@ def test_rotors_that_cannot_be_lost_are_named_and_refuse_nothing() -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"body": None}, "position: not known"),
+        ({"body": None}, "position: not known (a fresh pose"),
+        ({"body": None, "unknown": "too fast"}, "position: not known: too fast (a fresh pose"),
+        ({"rates": {"mocap/pose": 12.5}}, "rate of mocap/pose: 12.5 Hz (at least 18)"),
+        ({"rates": {"mocap/pose": np.nan}}, "rate of mocap/pose: not known (at least 18)"),
         ({"body": STANDS._replace(R_WC=np.asarray(rotation_from_rpy(1.8, 0.0, 0.3)))}, "attitude: 1.8 rad"),
         ({"body": STANDS._replace(velocity=np.array([0.0, 0.0, -0.6]))}, "motion: 0.6 m/s"),
         (

@@ -8,6 +8,7 @@ fields by name.
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import IntEnum
@@ -219,13 +220,21 @@ class MotorInfo:
         least = duty(self.min_thrust) if self.min_thrust > 0.0 else self.min_pwm
         return tuple(min(max(duty(one), least), self.max_pwm) for one in thrusts)
 
-    def give_less(self, duties: Iterable[int], thrust: float) -> bool:
-        """Whether duties, 0 .. 2000, give each rotor less than a thrust, N, however full the battery is."""
-        fullest = max((one.voltage for one in self.motors), default=None)
-        if fullest is None:
-            return False
-        most = 2000.0 * self.duties((thrust,), fullest)[0]
-        return all(duty < most for duty in duties)
+    def most(self, duties: Iterable[int], volts: float | None) -> float:
+        """What duties, 0 .. 2000, give together at most, N; infinity where that cannot be said.
+
+        Args:
+            duties: of each motor.
+            volts: of the battery; None where nobody knows, which counts as a full one.
+        """
+        if not self.motors:
+            return math.inf
+        volts = volts or max(one.voltage for one in self.motors)
+        top = max(one.max_thrust for one in self.motors)
+        thrusts = [top * part / 330.0 for part in range(331)]
+        known = [2000.0 * duty for duty in self.duties(thrusts, volts)]
+        # The board cuts what is behind the point; a duty beyond them all may be any thrust.
+        return sum([*thrusts, math.inf][bisect_left(known, duty + 1)] for duty in duties)
 
 
 @dataclass(frozen=True)

@@ -155,6 +155,7 @@ def _be(rim: Rim, profile: str, options: NodeOptions, **own: Any) -> int:
             with output.working("writing the results"):
                 write(flown, folder)
     if config.check:
+        output.faults(flown.faults)  # why something is not known
         return int(bool(flown.failed))
     print(flown.timing.verdict())
     output.faults(flown.faults)

@@ -22,7 +22,7 @@ from typing import Any, Protocol
 from skylimb.analysis.exchange.lab_topics import FOREIGN, Topic
 from skylimb.apps.ros.messages import Arrived, Outgoing
 from skylimb.apps.ros.pipe import Pipe
-from skylimb.apps.ros.profile import LAB, Dialect
+from skylimb.apps.ros.profile import LAB, Dialect, ProfileTopics
 from skylimb.base.interrupts import ENDS, FREEZES, ignore
 from skylimb.flight.plan import FlightPlan
 
@@ -44,7 +44,8 @@ class Rim:
         name: for people.
         package: of its process.
         require: raises where it is not installed, or, unless it may be anywhere, not on this machine alone.
-        reach: raises where nobody answers, or a node of this profile runs that another one would end.
+        reach: raises where nobody answers, or another node is what this one would be: of a profile, its
+            topics and their namespace.
         say_left_out: says of a profile, its topics and folders of .msg files what is not spoken.
         described_mass: of the robot that is described to all in a namespace, kg; None where none is.
         by_clock: whether nodes live by `/clock`.
@@ -55,7 +56,7 @@ class Rim:
     name: str
     package: str
     require: Callable[[bool], None]
-    reach: Callable[[str], None] = lambda profile: None
+    reach: Callable[[str, ProfileTopics, str], None] = lambda profile, topics, namespace: None
     say_left_out: Callable[[str, Sequence[Topic], Sequence[str], Callable[[str], None]], None] = (
         lambda profile, topics, messages, say: None
     )

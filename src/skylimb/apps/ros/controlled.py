@@ -26,10 +26,6 @@ from skylimb.base.rotations import rot_z, rpy_from_rotation
 from skylimb.control.estimation.records import Measurement, Taken
 from skylimb.control.loop.vehicle import measured_layout
 
-CARRIES = 0.5
-"""Share of its weight below which a robot lies on the ground: a forced landing ends with more, on the lab's
-with 0.7."""
-
 
 class Controlled(Piloted):
     """One tick of our controller for a robot that speaks the lab's topics.
@@ -47,6 +43,7 @@ class Controlled(Piloted):
         first = flyer.first
         self._vectoring = np.asarray(first.vectoring_angles, dtype=float)
         self._starting = False
+        self._volts: float | None = None
         # What the flight controller was told of its own attitude loop.
         self._nothing = self._gains = no_gains(flyer.robot.n_rotors)
         self._axes = Desire(0.0, 0.0, 0.0)
@@ -69,13 +66,18 @@ class Controlled(Piloted):
     def _measured(self, now: float) -> tuple[Measurement | None, Taken]:
         return self._sensors.measurement(now, self._vectoring)
 
+    def _missing(self) -> tuple[str, ...]:
+        return self._sensors.missing
+
     def _lost(self, now: float) -> str:
         return self._sensors.lost(now)
 
-    def _idles(self, received: Received) -> bool:
-        pwms, motors, robot = received.pwms, self._config.motors, self._robot
-        flies = CARRIES * robot.weight / robot.n_rotors
-        return pwms is not None and motors is not None and motors.give_less(pwms.duties, flies)
+    def _carried(self, received: Received) -> float:
+        self._volts = self._volts if received.volts is None else received.volts
+        pwms, motors = received.pwms, self._config.motors
+        if pwms is None or motors is None:
+            return np.inf
+        return motors.most(pwms.duties, self._volts) / self._robot.weight
 
     def _recorded(self, measured: Measurement, tick: Tick) -> np.ndarray:
         """Measurement and command, in the order of `measured_layout`."""

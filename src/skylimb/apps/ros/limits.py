@@ -25,6 +25,9 @@ class FlightLimits(StartLimits):
             of a landing.
         blind_fall: acceleration with which a blind robot sinks at least, m/s^2; ours.
         blind_margin: time beyond that of the fall after which it is down in any case, s; ours.
+        idle: share of its weight below which motors carry no robot, whatever is seen of it; ours.
+        sinks: share of its weight below which it sinks, also with rotors that give a fifth more: one that
+            does not stands. A forced landing ends with 0.7 on the lab's; ours.
         disarmed: time in which a flight controller that was disarmed may still say otherwise, s; ours.
         nav_speed: of a step on `uav/nav`, m/s.
         fastest: of a velocity on `uav/nav`, m/s.
@@ -54,6 +57,8 @@ class FlightLimits(StartLimits):
     landed_sinking: float = 0.15
     blind_fall: float = 0.4
     blind_margin: float = 2.0
+    idle: float = 0.5
+    sinks: float = 0.8
     disarmed: float = 0.3
     nav_speed: float = 0.3
     fastest: float = 0.5

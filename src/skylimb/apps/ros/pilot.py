@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from skylimb.analysis.exchange.body import Bodies, Body
+from skylimb.analysis.exchange.lab_topics import MOCAP
 from skylimb.analysis.exchange.messages import Joints
 from skylimb.apps.ros.airborne import Airborne
 from skylimb.apps.ros.flyer import Flyer
@@ -111,12 +112,23 @@ class Pilot:
         unknown = self._battery is None and self.flyer.needs_battery and self.flyer.cells
         battery = np.nan if unknown else self._battery
         ages = {**inputs.ages, **believed}
-        measured = Measured(body, ages, inputs.offsets, battery, self._foreign, self._imu.off)
+        rates = {MOCAP.name: inputs.rate} if MOCAP.name in inputs.ages else {}
+        measured = Measured(
+            body, ages, inputs.offsets, battery, self._foreign, self._imu.off, None, rates, self._unknown
+        )
         found, silent = [*checks(self.flyer.desk, measured, self.flyer.limits)], inputs.now - self._radio
         if np.isfinite(silent):  # it was heard once, and has to be heard on
             most = self.flyer.limits.radio
             found.append(Check("age of the radio", f"{silent:.3g} s", f"at most {most:g}", silent <= most))
         return found
+
+    @property
+    def _unknown(self) -> str:
+        """Why nobody knows where the robot is."""
+        inputs, _ = self._now
+        if inputs.missing:
+            return f"nothing valid on {', '.join(inputs.missing)}"
+        return self._watch.fault or f"the newest pose is {inputs.now - inputs.taken.pose:.3g} s old"
 
     @property
     def faults(self) -> Counter[str]:
@@ -197,7 +209,7 @@ class Pilot:
             "" if flight is None else flight.broken(body) or silent,
             tuple(refused),
             received.armed,
-            received.idles,
+            received.carried,
             inputs.rest,
             flight is not None and flight.cut,
             # Whom nobody commands here the flight controller brings down by itself.

@@ -65,11 +65,14 @@ class Piloted(ABC):
         arrived = list(arrived)
         received, now = self._sorter.sort(arrived), self._pacer.time()
         measured, taken = self._measured(now)
-        acknowledged, idles = self._acknowledged(received), self._idles(received)
-        received = replace(received, acknowledged=acknowledged, idles=idles)
+        acknowledged, carried = self._acknowledged(received), self._carried(received)
+        received = replace(received, acknowledged=acknowledged, carried=carried)
         heard = self._heard.ages(now), self._heard.offsets(stamp - now)
         rest = self._heard.rest(now)
-        inputs = Inputs(now, measured, taken, received, now - stamp, *heard, rest, self._lost(now))
+        lost, rate = self._lost(now), self._heard.rate
+        inputs = Inputs(
+            now, measured, taken, received, now - stamp, *heard, rest, lost, rate, self._missing()
+        )
         tick = self.pilot.tick(inputs)
         out = [*self._messages(stamp, measured, tick), *self._switched(arrived, tick)]
         if measured is not None:
@@ -115,13 +118,17 @@ class Piloted(ABC):
         """Why the robot has to be led back though it is seen; empty while nothing is."""
         return ""
 
+    def _missing(self) -> tuple[str, ...]:
+        """Topics without which there is no measurement, and on which nothing has come that is one."""
+        return ()
+
     def _acknowledged(self, received: Received) -> int | None:
         """The last command that the flight controller acknowledged."""
         return received.acknowledged
 
-    def _idles(self, received: Received) -> bool:
-        """Whether the motors are known to carry no robot."""
-        return False
+    def _carried(self, received: Received) -> float:
+        """The share of its weight that the motors give at most."""
+        return np.inf
 
     def _apply(self, tick: Tick) -> None:  # noqa: B027 - a real robot does what is published
         """What follows of a tick."""

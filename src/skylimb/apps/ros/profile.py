@@ -35,6 +35,12 @@ class ProfileTopics(NamedTuple):
         own = (topic for topic in self.published if topic in topics.ACTUATORS)
         return tuple(topic for topic in own if topic not in topics.USER)
 
+    @property
+    def sensors(self) -> tuple[Topic, ...]:
+        """Those on which a robot speaks: this one, or else the one that is commanded."""
+        said = self.published if topics.MOCAP in self.published else self.subscribed
+        return tuple(topic for topic in said if topic in topics.SENSORS)
+
 
 def profile_topics(profile: str, servos: bool = False) -> ProfileTopics:
     """The topics of a profile.

@@ -86,13 +86,15 @@ def run(
     lab = read_lab_config(config.lab_files, plan.robot)
     servos = lab.servos is not None
     topics = rim.dialect.topics(config.profile, servos)
-    rim.reach(config.profile)
+    rim.reach(config.profile, topics, config.namespace)
     profile = _profile(rim, config, plan, missions, lab, pacer)
     rim.say_left_out(config.profile, (*topics.subscribed, *topics.published), config.messages, say)
     if config.profile == "controller":
         say(WARNING)
         for words in () if rim.dialect.known(plan.robot.n_rotors) else _doubts(lab, plan.robot):
             say(words)
+        if not config.check:
+            say(_bends(plan))
     bridge = Bridge(rim.package, config.profile, config.messages, config.namespace, servos, config.anywhere)
     bridge.carry(rim.opening(plan))
     try:
@@ -200,6 +202,12 @@ def missions_of(plan: FlightPlan, more: Sequence[str]) -> dict[str, Mission]:
         require_flyable(plan.experiment.surface, plan.robot, other.mission)
         found[experiment.name] = other.mission
     return found
+
+
+def _bends(plan: FlightPlan) -> str:
+    """What a robot's servos do as soon as a node begins, before anybody has ordered anything."""
+    angles = ", ".join(f"{angle:.2f}" for angle in plan.mission.first.joint_angles)
+    return f"controller: the joints go to ({angles}) rad now, at their servos' own speed: hands off"
 
 
 def _doubts(config: LabConfig, robot: Robot) -> list[str]:

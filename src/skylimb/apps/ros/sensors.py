@@ -10,6 +10,7 @@ import numpy as np
 
 from skylimb.analysis.exchange.frames import Frames
 from skylimb.analysis.exchange.lab_ticks import Names
+from skylimb.analysis.exchange.lab_topics import IMU, JOINT_STATES, MOCAP, SERVO_STATES
 from skylimb.analysis.exchange.messages import Imu, Joints, Pose, ServoStates
 from skylimb.apps.ros.messages import Arrived
 from skylimb.apps.ros.servos import Servos
@@ -125,6 +126,13 @@ class Sensors:
             self._bending[:] = 0.0  # how fast they turn is not known any more
         vectoring = commanded if self._vectoring is None else self._vectoring
         return self._moved(pose, gyro, joints, vectoring)._replace(capture_age=now - seen), Taken(seen, felt)
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """Topics of which nothing has come yet that could be used."""
+        joints = JOINT_STATES if self._servos is None else SERVO_STATES
+        found = {MOCAP: self._pose, IMU: self._imu, joints: self._joints}
+        return tuple(topic.name for topic, newest in found.items() if newest is None)
 
     @property
     def imu(self) -> Imu | None:

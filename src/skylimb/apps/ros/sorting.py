@@ -99,7 +99,8 @@ class MessageSorter:
             charge = percentage(float(one.value), self._cells)
             if math.isnan(charge):
                 self.counts[f"battery voltage is none of {self._cells} cells"] += 1
-            return {"battery": charge}
+                return {"battery": charge}
+            return {"battery": charge, "volts": float(one.value)}
         else:
             self._sense(one)
         return {}

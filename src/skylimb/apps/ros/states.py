@@ -74,7 +74,7 @@ class Seen:
         broken: why the flight has to be broken off; empty while it has not.
         refused: why a flight must not begin; nothing where it may.
         armed: whether the flight controller says that it is armed; None where it has said nothing since.
-        idles: whether it says that its motors carry no robot.
+        carried: share of its weight that its motors give at most; infinity where nobody knows.
         rest: for how long the accelerometer has felt its weight and nothing else, s.
         cut: whether the supervisor has cut the rotors.
         light: whether the rotors are told less than any robot flies with.
@@ -91,7 +91,7 @@ class Seen:
     broken: str = ""
     refused: tuple[str, ...] = ()
     armed: bool | None = None
-    idles: bool = False
+    carried: float = math.inf
     rest: float = 0.0
     cut: bool = False
     light: bool = False
@@ -107,7 +107,7 @@ class Flying:
         since: when it began, s.
         origin: position at `start`, m, (3,).
         settled: since when a take-off has been near its target, s.
-        standing: since when a robot that is led down stands.
+        standing: since when a robot that is led down, or was found armed, stands.
         eases: whether a landing that does not sink takes thrust away.
         light: since when the rotors have been told less than any robot flies with, s.
         blind: since when the position is not known, s.

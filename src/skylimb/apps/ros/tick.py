@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -34,8 +35,9 @@ class Received:
         mission: that is to be flown; None where none was asked for.
         acknowledged: the last command that the flight controller acknowledged since then.
         battery: charge, per cent; NaN where its voltage is none.
+        volts: its voltage; None where it said nothing, or none.
         pwms: what the motors are driven with; None where the flight controller said nothing.
-        idles: whether that carries no robot.
+        carried: share of the robot's weight that this gives at most; infinity where nobody knows.
         radio: when a radio was heard, s; None where none was.
         taken_over: whether its sticks are moved.
         foreign: who else commands the robot; None where nobody has looked since.
@@ -46,8 +48,9 @@ class Received:
     mission: str | None = None
     acknowledged: int | None = None
     battery: float | None = None
+    volts: float | None = None
     pwms: Pwms | None = None
-    idles: bool = False
+    carried: float = math.inf
     radio: float | None = None
     taken_over: bool = False
     foreign: tuple[str, ...] | None = None
@@ -69,9 +72,11 @@ class Inputs:
         received: since the last tick.
         ages: of the newest message of each sensor, s.
         offsets: of the sensors' clocks from ours, s.
+        rate: of the motion capture, Hz; NaN before its second frame.
         rest: for how long the accelerometer has felt its weight and nothing else, s.
         stamp_offset: what has to be added to a request's stamp for our clock, s.
         lost: why the robot has to be led back though it is seen; empty while nothing is.
+        missing: topics without which there is no measurement, and on which nothing has come that is one.
     """
 
     now: float
@@ -83,6 +88,8 @@ class Inputs:
     offsets: Mapping[str, float] = field(default_factory=dict)
     rest: float = 0.0
     lost: str = ""
+    rate: float = math.nan
+    missing: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -103,12 +103,21 @@ def _found_armed(flying: Flying, seen: Seen, limits: FlightLimits, said: list[st
     if seen.foreign:
         if not flying.left:
             said.append(f"the flight controller is armed, and left to who commands it: {seen.foreign[0]}")
-        return replace(flying, left=True)
+        return replace(flying, left=True, standing=Standing())
     flying = replace(flying, left=False)
     known = flying.origin is not None
-    if seen.idles and not known:
-        said.append("the flight controller is armed, and its motors idle: the robot stands, and is disarmed")
-        return _enter(flying, FlightState.STOP, seen)
+    if not known and seen.carried < limits.sinks:
+        height = None if seen.position is None else float(seen.position[2])
+        before, standing = flying.standing, flying.standing.after(height, True, seen.now)
+        how = "idle" if seen.carried < limits.idle else "give too little to fly"
+        if seen.carried < limits.idle or standing.stands(seen.now):
+            said.append(
+                f"the flight controller is armed, its motors {how}: the robot stands, and is disarmed"
+            )
+            return _enter(flying, FlightState.STOP, seen)
+        begins = math.isnan(before.height) and seen.sinking < limits.start_speed
+        if height is not None and (begins or standing == before):
+            return replace(flying, standing=standing)
     # What was disarmed says so a little late; a first position comes a little late.
     waits = known or seen.position is None
     if waits and seen.now - (flying.since if known else flying.blind) < limits.disarmed:

@@ -6,6 +6,7 @@ import os
 import socket
 import sys
 import time
+from collections.abc import Collection
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -91,6 +92,37 @@ def require_master(profile: str) -> None:
             raise ConfigError(
                 f"node '{name}' runs already below the master at '{uri}', and a second one of its name would "
                 "end it, also in flight; end that one first, or use another master"
+            )
+        time.sleep(0.1)
+
+
+def require_alone(profile: str, sensors: Collection[str], commands: Collection[str]) -> None:
+    """Raise a `ConfigError` where another node is the robot that this one would be, or a robot of its own.
+
+    Args:
+        profile: one of `PROFILES`; a `controller` finds a robot and waits for who commands it, but one that
+            does both is flown by itself.
+        sensors: whole names of the topics on which a robot speaks.
+        commands: of those on which it is commanded.
+    """
+    import rosgraph
+
+    def publishers(names: Collection[str]) -> dict[str, str]:
+        return {node: topic for topic, nodes in known if topic in names for node in nodes}
+
+    controls, end = profile == "controller", time.monotonic() + _LEAVING
+    while True:
+        known = rosgraph.Master("/skylimb").getSystemState()[0]
+        says, commanded = publishers(sensors), publishers(commands)
+        others = says.keys() & commanded.keys() if controls else says.keys() | commanded.keys()
+        name = next((other for other in sorted(others) if answers(other) is not False), "")
+        if not name:
+            return
+        if time.monotonic() > end:
+            why = "flies its robot itself" if controls else f"{profile} would publish it as well"
+            raise ConfigError(
+                f"node '{name}' publishes '{(says | commanded)[name]}', and {why}; end that one first, or "
+                "take another --namespace"
             )
         time.sleep(0.1)
 

@@ -7,9 +7,11 @@ from collections.abc import Callable, Sequence
 from skylimb.analysis.exchange.lab_topics import Topic
 from skylimb.analysis.exchange.message_types import Definitions
 from skylimb.apps.ros.bridge import Rim
+from skylimb.apps.ros.profile import ProfileTopics
 from skylimb.apps.ros1.installation import (
     by_clock,
     described_mass,
+    require_alone,
     require_loopback,
     require_master,
     require_ros,
@@ -20,6 +22,12 @@ from skylimb.base.errors import ConfigError
 def _require(anywhere: bool) -> None:
     require_ros()
     require_loopback(anywhere)
+
+
+def _reach(profile: str, topics: ProfileTopics, namespace: str) -> None:
+    require_master(profile)
+    sensors, commands = ({one.full(namespace) for one in part} for part in (topics.sensors, topics.commands))
+    require_alone(profile, sensors, commands)
 
 
 def say_left_out(
@@ -44,4 +52,4 @@ def say_left_out(
         )
 
 
-ROS1 = Rim("ROS 1", "skylimb.apps.ros1", _require, require_master, say_left_out, described_mass, by_clock)
+ROS1 = Rim("ROS 1", "skylimb.apps.ros1", _require, _reach, say_left_out, described_mass, by_clock)

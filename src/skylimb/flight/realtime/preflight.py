@@ -37,6 +37,7 @@ class StartLimits:
         start_turning: of its rates from the robot's, rad/s.
         start_age: of a sensor's newest message, s.
         start_offset: of a sensor's clock from ours, s.
+        start_rate: of the motion capture, Hz: at 12 a robot took off and was lost, at 25 it flies as at 100.
         low_battery: least charge, per cent; the lab's. Below it for some seconds (`charge`) it also lands.
         fence: x, y and z between which the centre of gravity has to stay, W, m.
         disk: free space, bytes.
@@ -53,6 +54,7 @@ class StartLimits:
     start_turning: float = 0.1
     start_age: float = 0.2
     start_offset: float = 0.1
+    start_rate: float = 18.0
     low_battery: float = 10.0
     fence: tuple[tuple[float, float], ...] = ((-20.0, 20.0), (-20.0, 20.0), (-2.0, 10.0))
     disk: float = 1e9
@@ -149,6 +151,8 @@ class Measured:
         battery: charge, per cent; None where nobody has to say, NaN where who has to did not.
         foreign: who else commands it, "node on topic"; None where that cannot be known.
         imu: how far off it is; None where nobody has one.
+        rates: of a sensor's messages, Hz; NaN before the second one.
+        unknown: why there is no body, where that is known.
         beginning: how far the mission's is; None where the robot is led there.
     """
 
@@ -159,13 +163,16 @@ class Measured:
     foreign: tuple[str, ...] | None = ()
     imu: ImuOff | None = None
     beginning: Beginning | None = None
+    rates: Mapping[str, float] = field(default_factory=dict)
+    unknown: str = ""
 
 
 def checks(desk: Desk, measured: Measured, limits: StartLimits) -> Iterator[Check]:
     """All that is looked at, one after another."""
     body = measured.body
     if body is None:
-        yield Check("position", "not known", "a fresh pose, gyro and joint angles", False)
+        found = ": ".join(filter(None, ("not known", measured.unknown)))
+        yield Check("position", found, "a fresh pose, gyro and joint angles", False)
     else:
         yield _below("attitude", body.tilt, limits.start_tilt, "rad of tilt")
         yield _below("motion", float(np.linalg.norm(body.velocity)), limits.start_speed, "m/s")
@@ -180,6 +187,9 @@ def checks(desk: Desk, measured: Measured, limits: StartLimits) -> Iterator[Chec
         yield _below(f"age of {name}", age, limits.start_age, "s")
     for name, offset in measured.offsets.items():
         yield _below(f"clock of {name}", abs(offset), limits.start_offset, "s beside ours")
+    for name, rate in measured.rates.items():
+        found, least = "not known" if np.isnan(rate) else f"{rate:.3g} Hz", limits.start_rate
+        yield Check(f"rate of {name}", found, f"at least {least:g}", rate >= least)
     if measured.battery is not None:
         enough = measured.battery >= limits.low_battery
         charge = "not known" if np.isnan(measured.battery) else f"{measured.battery:.0f} %"

@@ -46,6 +46,7 @@ class Watchdog:
 
     Attributes:
         good: the last measurement that was believed.
+        fault: why the newest was not believed; empty where it was.
         counts: how often each fault was met.
     """
 
@@ -53,6 +54,7 @@ class Watchdog:
         self._robot, self._limits = robot, limits or Limits()
         self.counts = Faults()
         self.good: Measurement | None = None
+        self.fault = ""
         self._time = -np.inf  # of the last good one
 
     def forget(self) -> None:
@@ -65,13 +67,14 @@ class Watchdog:
             return
         seen = shaped(self._robot, measurement)
         if isinstance(seen, str):
+            self.fault = seen
             self.counts.note("watchdog", seen)
             return
         before = self.good or seen
         gone = taken - self._time if self.good else 0.0
         angles = np.concatenate([seen.joint_angles, seen.vectoring_angles])
         pose = pose_fault(self._limits, seen, before, gone, float(self.good is not None))
-        fault = FAULTS[int(pose or angle_fault(self._limits, angles))]
+        self.fault = fault = FAULTS[int(pose or angle_fault(self._limits, angles))]
         if fault:
             self.counts.note("watchdog", fault)
         else:
