@@ -368,7 +368,7 @@ def test_a_run_that_lacks_ticks_is_not_judged(flown: skylimb.Run, tmp_path: Path
     run = read_log(path).run
     assert run.log.sizes["time"] == len(keep)
     assert (run.status, run.done, dict(run.metrics)) == ("STOPPED", None, {})
-    assert run.cause == f"its log was cut off or has gaps: {len(keep)} of its {ticks} ticks are there"
+    assert run.cause == f"lacks ticks, as its log was cut off or has gaps: {len(keep)} of {ticks} are there"
     scores = metrics(run.log)
     assert scores["status"] == "STOPPED"
     assert scores["done"] is None

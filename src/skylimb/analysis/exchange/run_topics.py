@@ -117,7 +117,7 @@ def run_of(record: bytes, rows: np.ndarray, sources: Mapping[str, bytes], called
     ticks, metrics = int(log.attrs.pop(TICKS, len(rows))), run.metrics
     if len(rows) < ticks:
         if not run.failed:
-            cause = f"its log was cut off or has gaps: {len(rows)} of its {ticks} ticks are there"
+            cause = f"lacks ticks, as its log was cut off or has gaps: {len(rows)} of {ticks} are there"
             log.attrs.update(status=STOPPED, cause=cause)
         metrics = {}  # those of all its ticks
     whole = xr.Dataset(variables, coords, log.attrs)
