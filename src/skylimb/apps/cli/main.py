@@ -21,7 +21,6 @@ from skylimb.apps.cli.verbs import VERBS
 from skylimb.base.aside import give_up
 from skylimb.base.errors import ConfigError, SkylimbError, of_an_extra, unknown_name
 from skylimb.base.interrupts import HANG_UP, answering
-from skylimb.base.keys import summary
 
 DEBUG = "--debug"
 """Option of every verb: the whole traceback of an error, before its one line."""
@@ -110,7 +109,8 @@ def _notes(error: BaseException) -> list[str]:
 
 
 def _overview() -> str:
-    verbs = "\n".join(f"  {name:<16}{summary(verb)}" for name, verb in VERBS.items())
+    told = {name: (verb.__doc__ or "").partition("\n")[0] for name, verb in VERBS.items()}
+    verbs = "\n".join(f"  {name:<16}{words}" for name, words in told.items())
     return (
         "Simulate, control, measure and fly multi-link aerial robots in contact.\n\n"
         "usage: skylimb VERB [OPTIONS]\n\n"
