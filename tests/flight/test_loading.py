@@ -81,3 +81,27 @@ def test_settings_of_the_command_line_are_no_settings_of_a_call() -> None:
     given: Any = ["surface.friction=0.2"]
     with pytest.raises(ConfigError, match=told):
         skylimb.run("paper", set=given)
+
+
+def test_a_path_is_as_good_as_its_name(tmp_path: Path) -> None:
+    file = Path(adapted(tmp_path, "preset = 'impedance'"))
+    preset = tmp_path / "firm.toml"
+    shipped = Path(skylimb.__file__).parent / "control" / "presets" / "impedance.toml"
+    preset.write_text(shipped.read_text())
+    (named,), (given,) = (take_off(kind(file), (kind(preset),), None, {}) for kind in (str, Path))
+    assert given.controller.name == named.controller.name == "firm"
+    assert given.originals == named.originals
+    assert [source.path for source in given.originals] == [file, preset]
+
+
+@pytest.mark.parametrize(
+    ("controllers", "words"),
+    [
+        ("hybrid", r"controllers = 'hybrid' should be a list, as in controllers=\['hybrid'\]"),
+        (Path("firm.toml"), r"controllers = 'firm.toml' should be a list"),
+        ((), "controllers is empty; `skylimb list` shows the names"),
+    ],
+)
+def test_a_comparison_is_of_a_list_of_controllers(controllers: Any, words: str) -> None:
+    with pytest.raises(ConfigError, match=words):
+        skylimb.compare("push", controllers)

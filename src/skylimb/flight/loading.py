@@ -36,8 +36,8 @@ DEFAULT_CONTROLLER = "hybrid"
 
 
 def plan_flights(
-    experiment: str | Experiment,
-    controllers: Sequence[str | Controller | None],
+    experiment: str | Path | Experiment,
+    controllers: Sequence[str | Path | Controller | None],
     seed: int | None = None,
     set: Mapping[str, Any] | None = None,
     use: Sequence[Use] = (),
@@ -47,7 +47,16 @@ def plan_flights(
 
     Arguments are those of `skylimb.run` and `skylimb.compare`. A run's own config.toml brings its metrics
     along.
+
+    Raises:
+        ConfigError: when something cannot be flown, or the controllers are none, or no list.
     """
+    if isinstance(controllers, str | Path):
+        raise ConfigError(
+            f"controllers = '{controllers}' should be a list, as in controllers=['{controllers}']"
+        )
+    if not controllers:
+        raise ConfigError("controllers is empty; `skylimb list` shows the names")
     given_own = load_user_scores(use)
     loaded = [load_flight(experiment, item, seed, set, calibration) for item in controllers]
     return [
@@ -57,7 +66,7 @@ def plan_flights(
                 originals=tuple(
                     read_source(name)
                     for name in (experiment, item)
-                    if isinstance(name, str) and name.endswith(".toml")
+                    if isinstance(name, str | Path) and str(name).endswith(".toml")
                 ),
                 own=(*load_user_scores(one.experiment.recorded.get("use", ())), *given_own),
             )
@@ -67,8 +76,8 @@ def plan_flights(
 
 
 def load_flight(
-    experiment: str | Experiment,
-    controller: str | Controller | None = None,
+    experiment: str | Path | Experiment,
+    controller: str | Path | Controller | None = None,
     seed: int | None = None,
     set: Mapping[str, Any] | None = None,
     calibration: Calibrated | None = None,
@@ -86,7 +95,7 @@ def load_flight(
 
 def plan_of(
     experiment: Experiment,
-    controller: str | Controller | None,
+    controller: str | Path | Controller | None,
     gains: Mapping[str, Any],
     calibration: Calibrated | None,
 ) -> FlightPlan:
@@ -118,7 +127,7 @@ def parted(settings: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]
 
 
 def chosen_controller(
-    given: str | Controller | None, experiment: Experiment, robot: Robot, gains: Mapping[str, Any]
+    given: str | Path | Controller | None, experiment: Experiment, robot: Robot, gains: Mapping[str, Any]
 ) -> Controller:
     """The controller that was named or handed over; else the one that the experiment brings, else "hybrid".
 
@@ -132,8 +141,8 @@ def chosen_controller(
         return _adapted_preset(dict(experiment.controller), experiment.name, robot, gains)
     if given is None and experiment.controller:
         return _recorded_controller(dict(experiment.controller), experiment.name, robot, gains)
-    if given is None or isinstance(given, str):
-        return load_controller(given or DEFAULT_CONTROLLER, robot, gains)
+    if given is None or isinstance(given, str | Path):
+        return load_controller(str(given or DEFAULT_CONTROLLER), robot, gains)
     return controller_of(given, robot, gains)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from skylimb.analysis.notebook_run import Run, Runs
@@ -29,8 +30,8 @@ PAPER_CONTROLLERS = ("pid", "impedance", "admittance", "hybrid")
 
 
 def run(
-    experiment: str | Experiment = "paper",
-    controller: str | Controller | None = None,
+    experiment: str | Path | Experiment = "paper",
+    controller: str | Path | Controller | None = None,
     seed: int | None = None,
     set: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
@@ -69,8 +70,8 @@ def run(
 
 
 def begin(
-    experiment: str | Experiment = "paper",
-    controller: str | Controller | None = None,
+    experiment: str | Path | Experiment = "paper",
+    controller: str | Path | Controller | None = None,
     seed: int | None = None,
     set: Mapping[str, Any] | None = None,
     calibration: Calibrated | None = None,
@@ -88,8 +89,8 @@ def begin(
 
 
 def compare(
-    experiment: str | Experiment = "paper",
-    controllers: Sequence[str | Controller] = PAPER_CONTROLLERS,
+    experiment: str | Path | Experiment = "paper",
+    controllers: Sequence[str | Path | Controller] = PAPER_CONTROLLERS,
     seed: int | None = None,
     set: Mapping[str, Any] | None = None,
     progress: Progress | None = None,

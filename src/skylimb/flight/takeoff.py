@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from pathlib import Path
 from typing import Any, Self
 
 import mujoco
@@ -180,8 +181,8 @@ def start_points(takeoff: Takeoff) -> np.ndarray:
 
 
 def take_off(
-    experiment: str | Experiment,
-    controllers: Sequence[str | Controller | None],
+    experiment: str | Path | Experiment,
+    controllers: Sequence[str | Path | Controller | None],
     seed: int | None = None,
     set: Mapping[str, Any] | None = None,
     use: Sequence[Use] = (),

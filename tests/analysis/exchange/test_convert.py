@@ -25,11 +25,12 @@ from skylimb.analysis.exchange.lab_ticks import lab_name
 from skylimb.analysis.exchange.lab_topics import ROW
 from skylimb.analysis.exchange.layouts import first_second, foxglove_layout, plots, write_layouts
 from skylimb.analysis.exchange.message_types import DEFINITIONS, IMU, message_types
-from skylimb.analysis.exchange.run_topics import row_table, run_of
+from skylimb.analysis.exchange.run_topics import record_messages, row_table, run_of
 from skylimb.analysis.exchange.stream import Message, Raw, decoded, encoder
 from skylimb.analysis.exchange.to_run import Read, angles_in_order, run_from
 from skylimb.analysis.recording import Run, write_sources
 from skylimb.analysis.report.controller_replay import differences
+from skylimb.analysis.scores.metrics import metrics
 from skylimb.apps.cli.main import main
 from skylimb.base.errors import ConfigError, OutputError, UnknownNameError
 
@@ -352,6 +353,35 @@ def test_what_was_cut_off_is_read_up_to_its_last_whole_chunk(
     path.write_bytes(damaged)
     with pytest.raises(OutputError, match="is not a readable"), container_of(path).read(path) as read:
         list(read)
+
+
+@pytest.mark.parametrize("lost", ["end", "middle"])
+def test_a_run_that_lacks_ticks_is_not_judged(flown: skylimb.Run, tmp_path: Path, lost: str) -> None:
+    ticks = flown.log.sizes["time"]
+    keep = range(ticks // 2) if lost == "end" else [*range(ticks // 3), *range(ticks // 2, ticks)]
+    flown = dataclasses.replace(flown, metrics={"status": "OK", "done": True})
+    every = list(messages_of(flown, ROBOT, message_types(), lab_link(ROBOT)))
+    rows = [message for message in every if message.topic == ROW.name]
+    gone = {id(message) for k, message in enumerate(rows) if k not in keep}
+    path = tmp_path / "a.mcap"
+    container_of(path).write(path, map(encoder(), (message for message in every if id(message) not in gone)))
+    run = read_log(path).run
+    assert run.log.sizes["time"] == len(keep)
+    assert (run.status, run.done, dict(run.metrics)) == ("STOPPED", None, {})
+    assert run.cause == f"lacks ticks, as its log was cut off or has gaps: {len(keep)} of {ticks} are there"
+    scores = metrics(run.log)
+    assert scores["status"] == "STOPPED"
+    assert scores["done"] is None
+    # It stays so through another file.
+    write_log(run, tmp_path / "b.mcap")
+    assert same(run, read_log(tmp_path / "b.mcap").run)
+
+
+def test_a_lost_flight_that_lacks_ticks_stays_lost(flown: skylimb.Run) -> None:
+    lost = flown.log.assign_attrs(status="FAILED", cause="it fell")
+    (_, fields), *_ = record_messages(dataclasses.replace(flown, log=lost))
+    run = run_of(fields["data"], row_table(flown.log)[:50], {}, "x")
+    assert (run.status, run.cause) == ("FAILED", "it fell")
 
 
 ROS_PYTHON = "/usr/bin/python3"

@@ -502,3 +502,14 @@ def test_what_is_said_of_one_flight_of_several_names_it(
     assert f"`skylimb score '{folder}'` makes what failed anew" in out
     output.hand_over({"hybrid": runs["hybrid"]}, folder)
     assert capsys.readouterr().out == f"note: {of_both}\nnote: {of_one}\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [("--help", r"Verbs\n  run +\n"), ("list surfaces", r"surface\.board +\n"), ("run --help", "EXPERIMENT")],
+)
+def test_where_python_leaves_docstrings_out_commands_do_without(words: str, told: str) -> None:
+    command = [sys.executable, "-OO", "-m", "skylimb", *words.split()]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert re.search(told, done.stdout)
+    assert "Annotated" not in done.stdout

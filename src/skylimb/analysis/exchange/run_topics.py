@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from skylimb.analysis.exchange.lab_topics import RECORD, ROW, SOURCE, Topic
-from skylimb.analysis.recording.run import Run
+from skylimb.analysis.recording.run import STOPPED, Run
 from skylimb.base.errors import OutputError
 from skylimb.base.packing import Layout
 
@@ -25,9 +25,17 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+TICKS = "ticks"
+"""Attribute of a record: how many rows follow it."""
+
+
 def record_messages(run: Run) -> Iterator[tuple[Topic, dict[str, Any]]]:
     """Topic and fields of everything but the rows."""
     skeleton = dataclasses.replace(run, log=run.log.isel(time=slice(0)))
+    if run.log.sizes["time"]:  # one that is still flown has none yet
+        skeleton = dataclasses.replace(
+            skeleton, log=skeleton.log.assign_attrs({TICKS: run.log.sizes["time"]})
+        )
     for topic, name, content in (
         (RECORD, "log.nc", skeleton.content()),
         *((SOURCE, *source) for source in run.sources.items()),
@@ -71,7 +79,7 @@ def row_table(log: xr.Dataset) -> np.ndarray:
 
 
 def run_of(record: bytes, rows: np.ndarray, sources: Mapping[str, bytes], called: str) -> Run:
-    """The run of a record and its rows.
+    """The run of a record and its rows; one that lacks rows is as if stopped: it is not judged.
 
     Args:
         record: content of the message on `RECORD`.
@@ -106,7 +114,14 @@ def run_of(record: bytes, rows: np.ndarray, sources: Mapping[str, bytes], called
         if str(name) in filled or "time" not in variable.dims
     }
     coords = {name: variables.pop(name) for name in list(variables) if name in log.coords}
-    return dataclasses.replace(run, log=xr.Dataset(variables, coords, log.attrs), sources=dict(sources))
+    ticks, metrics = int(log.attrs.pop(TICKS, len(rows))), run.metrics
+    if len(rows) < ticks:
+        if not run.failed:
+            cause = f"lacks ticks, as its log was cut off or has gaps: {len(rows)} of {ticks} are there"
+            log.attrs.update(status=STOPPED, cause=cause)
+        metrics = {}  # those of all its ticks
+    whole = xr.Dataset(variables, coords, log.attrs)
+    return dataclasses.replace(run, log=whole, metrics=metrics, sources=dict(sources))
 
 
 def content_of(message: Any) -> tuple[str, bytes]:

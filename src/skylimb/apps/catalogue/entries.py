@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from skylimb.analysis.scores.registry import SCORES, SETS
 from skylimb.analysis.scores.score import Score
 from skylimb.base.errors import unknown_name
-from skylimb.base.keys import ANY_NUMBER, Table, keys_of, tables_of
+from skylimb.base.keys import ANY_NUMBER, Table, keys_of, summary, tables_of
 from skylimb.base.keys.fields import entry_section, fields_of, section_of
 from skylimb.control.laws.preset import preset_from_mapping, preset_mapping
 from skylimb.control.laws.preset_keys import law_tables, preset_tables
@@ -66,16 +64,16 @@ def entries() -> list[Entry]:
     found = [Entry("experiment", name, text) for name, text in list_experiments().items()]
     found += [Entry("controller", name, text) for name, text in list_controllers().items()]
     found += [Entry("robot", name, text) for name, text in list_robots().items()]
-    found += [Entry("surface", f"surface.{name}", _first_line(cls)) for name, cls in sorted(SURFACES.items())]
-    found += [Entry("event", f"event.{name}", _first_line(cls)) for name, cls in sorted(EVENTS.items())]
+    found += [Entry("surface", f"surface.{name}", summary(cls)) for name, cls in sorted(SURFACES.items())]
+    found += [Entry("event", f"event.{name}", summary(cls)) for name, cls in sorted(EVENTS.items())]
     found += [Entry("path", f"path.{name}", text) for name, text in _paths().items()]
     found += [
-        Entry("law", f"{slot}.{law}", _first_line(find_law(slot, law, Path())))
+        Entry("law", f"{slot}.{law}", summary(find_law(slot, law, Path())))
         for slot in SLOTS
         for law in law_names(slot)
     ]
-    found += [Entry("table", name, _first_line(cls)) for name, cls in experiment_tables().items()]
-    found += [Entry("file", name, _first_line(cls)) for name, cls in _FILES.items()]
+    found += [Entry("table", name, summary(cls)) for name, cls in experiment_tables().items()]
+    found += [Entry("file", name, summary(cls)) for name, cls in _FILES.items()]
     return found + [Entry("metric", f"metric.{name}", _metric(score)) for name, score in SCORES.items()]
 
 
@@ -166,7 +164,3 @@ def _metric(score: Score) -> str:
         *(f'with `measures = ["{name}"]`' for name, keys in SETS.items() if score.name in keys),
     )
     return "; ".join(filter(None, told))
-
-
-def _first_line(thing: Any) -> str:
-    return (inspect.getdoc(thing) or "").partition("\n")[0]

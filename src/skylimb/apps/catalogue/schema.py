@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import inspect
 import math
 import typing
 from collections.abc import Mapping
@@ -11,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from skylimb.base.config import to_mapping
-from skylimb.base.keys import Key
+from skylimb.base.keys import Key, summary
 from skylimb.base.keys.fields import default_of, fields_of, members_of
 from skylimb.control.laws.preset import DEFAULT_LAWS, IMU, ROBOTS
 from skylimb.control.laws.slots import SLOTS, find_law, law_names
@@ -95,7 +94,7 @@ def _laws(slot: str) -> list[Schema]:
     for law in law_names(slot):
         made = find_law(slot, law, Path())
         table = _table(made.Gains)
-        table["description"] = (inspect.getdoc(made) or "").partition("\n")[0]
+        table["description"] = summary(made)
         laws.append(_chosen(table, "law", law, DEFAULT_LAWS.get(slot) == law))
     return laws
 
@@ -134,7 +133,7 @@ def _table(cls: type) -> Schema:
         properties[field.name] = _described(_of(kind, key or Key()), key, default_of(field))
         if default_of(field) is dataclasses.MISSING:
             required.append(field.name)
-    return {**_object(properties, required), "description": (inspect.getdoc(cls) or "").partition("\n")[0]}
+    return {**_object(properties, required), "description": summary(cls)}
 
 
 def _described(schema: Schema, key: Key | None, default: Any) -> Schema:

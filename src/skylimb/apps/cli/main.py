@@ -109,7 +109,8 @@ def _notes(error: BaseException) -> list[str]:
 
 
 def _overview() -> str:
-    verbs = "\n".join(f"  {name:<16}{(verb.__doc__ or '').splitlines()[0]}" for name, verb in VERBS.items())
+    told = {name: (verb.__doc__ or "").partition("\n")[0] for name, verb in VERBS.items()}
+    verbs = "\n".join(f"  {name:<16}{words}" for name, words in told.items())
     return (
         "Simulate, control, measure and fly multi-link aerial robots in contact.\n\n"
         "usage: skylimb VERB [OPTIONS]\n\n"

@@ -27,6 +27,7 @@ from skylimb.base.keys.listing import (
     files_of,
     keys_of,
     rows_of,
+    summary,
     tables_of,
     units_of,
 )
@@ -49,6 +50,7 @@ __all__ = [
     "keys_of",
     "refused",
     "rows_of",
+    "summary",
     "tables_of",
     "units_of",
 ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+import sys
 import typing
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -78,6 +79,14 @@ class Table:
     given: bool = True
 
 
+def summary(thing: Any) -> str:
+    """The first line of what is said of a class, a function or a module.
+
+    Nothing where Python leaves docstrings out (-OO): of a dataclass it would be its signature.
+    """
+    return "" if sys.flags.optimize > 1 else (inspect.getdoc(thing) or "").partition("\n")[0]
+
+
 def tables_of(config: Any, at: tuple[str, ...] = (), given: bool = True) -> Iterator[Table]:
     """Every table of a configuration, the outer ones first; of a class, with the keys' defaults as values."""
     cls = config if isinstance(config, type) else type(config)
@@ -90,7 +99,7 @@ def tables_of(config: Any, at: tuple[str, ...] = (), given: bool = True) -> Iter
             parts += _parts(kind, value, (*at, field.name))
         else:
             rows.append((field.name, value, KeyInfo(key or Key(), kind, default)))
-    yield Table(at, (inspect.getdoc(cls) or "").partition("\n")[0], tuple(rows), given)
+    yield Table(at, summary(cls), tuple(rows), given)
     for part, path, here in parts:
         yield from tables_of(part, path, given and here)
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Iterator, Mapping
 from typing import Any, Literal
 
 from skylimb.base.errors import unknown_name
-from skylimb.base.keys import Key, KeyInfo, Table, rows_of, tables_of
+from skylimb.base.keys import Key, KeyInfo, Table, rows_of, summary, tables_of
 from skylimb.control.laws.fields import described, require_fit
 from skylimb.control.laws.preset import IMU, ROBOTS, Preset
 from skylimb.control.laws.slots import SLOTS, Slot, law_names
@@ -68,7 +67,6 @@ def law_tables(slot: str, name: str, law: Any) -> Iterator[Table]:
 def _slot_tables(slot: str, filled: Slot) -> Iterator[Table]:
     first, *inside = tables_of(filled.gains, (slot,))
     info = KeyInfo(_LAW, Literal[tuple(law_names(slot))], filled.name)
-    first_line = (inspect.getdoc(filled.law) or "").partition("\n")[0]
-    meaning = " ".join(filter(None, (first_line, described(slot, filled.law))))
+    meaning = " ".join(filter(None, (summary(filled.law), described(slot, filled.law))))
     yield Table(first.path, meaning, (("law", filled.name, info), *first.rows))
     yield from inside

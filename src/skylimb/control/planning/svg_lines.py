@@ -19,6 +19,7 @@ import numpy as np
 from skylimb.base.errors import ConfigError, SkylimbError, extra_module
 from skylimb.control.planning.drawing import MOST_POINTS, require_drawable
 from skylimb.control.planning.svg_dashes import Dashes, cut, dashes_of
+from skylimb.control.planning.svg_plain import plain_svg
 
 SECONDS, MEGABYTES = 2, 1024
 """Time of the processor and memory that the process may take; the largest drawing takes 0.4 s."""
@@ -46,7 +47,7 @@ def svg_lines(content: bytes, what: str) -> list[np.ndarray]:
     """
     SVG: Any = extra_module("svgelements").SVG
     try:
-        document: Any = SVG.parse(io.BytesIO(content), reify=False)
+        document: Any = SVG.parse(io.BytesIO(plain_svg(content, what)), reify=False)
     except (ValueError, TypeError, ArithmeticError, AttributeError, LookupError) as error:
         raise ConfigError(f"{what} is not a readable SVG file: {error or type(error).__name__}") from None
     if not isinstance(document, SVG):
@@ -132,7 +133,7 @@ def _outlines(document: Any, what: str) -> list[_Outline]:
     found: list[_Outline] = []
     box = document.viewbox or document
     unit = float(np.hypot(float(box.width or 0.0), float(box.height or 0.0)) / np.sqrt(2.0))
-    for number, element in enumerate(_seen(document)):
+    for number, element in enumerate(_seen(document, what)):
         if isinstance(element, Text):
             words = " ".join(str(element.text or "").split())
             raise ConfigError(
@@ -151,7 +152,7 @@ def _outlines(document: Any, what: str) -> list[_Outline]:
     return found
 
 
-def _seen(element: Any) -> Iterator[Any]:
+def _seen(element: Any, what: str) -> Iterator[Any]:
     """An element and all that is in it, in the file's order, without what is hidden or fully transparent."""
     from svgelements import Group, Use
 
@@ -159,11 +160,23 @@ def _seen(element: Any) -> Iterator[Any]:
     # visible parts.
     if _number(element.values.get("opacity")) == 0.0:
         return
+    own = element.values.get("attributes") or {}
+    if "transform" in own and set(own.get("transform-origin", "0").split()) - {
+        "0",
+        "0px",
+        "0%",
+        "left",
+        "top",
+    }:
+        raise ConfigError(
+            f"{what} turns about a point that is given apart (transform-origin = "
+            f"'{own['transform-origin'][:30]}'), which is not read; say it in the transform itself"
+        )
     if element.values.get("visibility") not in ("hidden", "collapse"):
         yield element
     if isinstance(element, (Group, Use)):
         for part in element:
-            yield from _seen(part)
+            yield from _seen(part, what)
 
 
 def _number(value: Any) -> float | None:
@@ -189,7 +202,7 @@ def _look(segment: Any) -> np.ndarray:
 
 
 def _painted(paint: Any) -> bool:
-    return paint is not None and paint.value is not None
+    return paint is not None and paint.value is not None and paint.alpha != 0
 
 
 def _points(segment: Any, places: np.ndarray, transform: Any) -> np.ndarray:

@@ -141,7 +141,7 @@ def experiment_names() -> list[str]:
     return sorted(path.stem for path in EXPERIMENTS.glob("*.toml"))
 
 
-def load_experiment(name_or_path: str, set: Mapping[str, Any] | None = None) -> Experiment:
+def load_experiment(name_or_path: str | Path, set: Mapping[str, Any] | None = None) -> Experiment:
     """An experiment by name or TOML file, some of its values replaced.
 
     Args:
@@ -178,7 +178,7 @@ def _described(experiment: Experiment, before: dict[str, Any], set: Mapping[str,
     return f"{experiment.description.rstrip('.') if keys else experiment.description}{otherwise}"
 
 
-def experiment_tables(name_or_path: str) -> dict[str, Any]:
+def experiment_tables(name_or_path: str | Path) -> dict[str, Any]:
     """The tables of an experiment's file as they stand in it, and its name; defaults are not filled in.
 
     Raises:
@@ -187,11 +187,12 @@ def experiment_tables(name_or_path: str) -> dict[str, Any]:
     """
     path, known = Path(name_or_path), experiment_names()
     if not str(name_or_path).endswith(".toml"):
-        file = added_file("experiments", name_or_path, name_or_path in known)
-        if file is None and name_or_path not in known:
+        name = str(name_or_path)
+        file = added_file("experiments", name, name in known)
+        if file is None and name not in known:
             known += added_names("experiments")
-            raise unknown_name("experiment", str(name_or_path), known, (".toml",))
-        path = file or EXPERIMENTS / f"{name_or_path}.toml"
+            raise unknown_name("experiment", name, known, (".toml",))
+        path = file or EXPERIMENTS / f"{name}.toml"
     tables = read_toml(path)
     require_kind(tables, str(name_or_path), "experiment")
     return {"name": path.stem, **_beside(tables, path.parent)}
