@@ -26,6 +26,7 @@ from skylimb.apps.ros.messages import Arrived, Outgoing
 from skylimb.apps.ros.node import Node
 from skylimb.apps.ros.states import FlightState
 from skylimb.base.aside import UNREAD
+from skylimb.base.interrupts import ENDS
 from skylimb.flight.realtime.pacer import Pacer
 from steered import ready
 
@@ -86,13 +87,26 @@ def node(
     return Node(both, bridge, pacer, say or said.append, recorder=recorder), both, said
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_who_ends_it_lands_it_first(number: signal.Signals, tmp_path: Path) -> None:
-    def interrupt() -> None:
-        os.kill(os.getpid(), number)
+def sends(number: signal.Signals) -> Callable[[], None]:
+    """What sends this process a signal."""
+    return lambda: os.kill(os.getpid(), number)
 
-    todo = {2: ["teleop_command/start"], 20: ["teleop_command/takeoff"], 1300: interrupt}
-    carrier = Carrier(todo | ({1301: interrupt} if number == signal.SIGHUP else {}), 6000)
+
+@pytest.mark.parametrize("number", ENDS)
+def test_each_signal_that_ends_a_process_has_the_motors_stopped_first(number: signal.Signals) -> None:
+    carrier = Carrier({2: ["teleop_command/start"], 20: sends(number)}, 600)
+    flying, both, said = node(carrier)
+    flying.spin()
+    assert "START -> ARM_ON" in said
+    assert said[-1].endswith(" -> ARM_OFF")
+    assert carrier.k < 600
+    assert both.plant.stands
+
+
+def test_who_ends_it_lands_it_first(tmp_path: Path) -> None:
+    """Of a closed window several come."""
+    todo = {2: ["teleop_command/start"], 20: ["teleop_command/takeoff"]}
+    carrier = Carrier(todo | dict.fromkeys((1300, 1301), sends(signal.SIGHUP)), 6000)
     recorder = FlightRecorder(tmp_path)
     flying, both, said = node(carrier, recorder)
     flying.spin()
