@@ -92,9 +92,9 @@ def sends(number: signal.Signals) -> Callable[[], None]:
     return lambda: os.kill(os.getpid(), number)
 
 
-@pytest.mark.parametrize("number", ENDS)
-def test_each_signal_that_ends_a_process_has_the_motors_stopped_first(number: signal.Signals) -> None:
-    carrier = Carrier({2: ["teleop_command/start"], 20: sends(number)}, 600)
+@pytest.mark.parametrize("end", [*map(sends, ENDS), [END]], ids=[*(one.name for one in ENDS), "life cycle"])
+def test_whatever_ends_a_node_has_the_motors_stopped_first(end: Any) -> None:
+    carrier = Carrier({2: ["teleop_command/start"], 20: end}, 600)
     flying, both, said = node(carrier)
     flying.spin()
     assert "START -> ARM_ON" in said
@@ -138,16 +138,6 @@ def test_a_busy_computer_is_slow_and_flies_the_same_flight() -> None:
         np.testing.assert_allclose(np.diff(clock), 0.005, atol=1e-6)
     assert max(flying.timing.late) > 0.5
     np.testing.assert_array_equal(*flown)
-
-
-def test_a_life_cycle_that_ends_lands_first() -> None:
-    todo = {2: ["teleop_command/start"], 20: ["teleop_command/takeoff"], 1300: [END]}
-    carrier = Carrier(todo, 6000)
-    flying, both, said = node(carrier)
-    flying.spin()
-    assert said[-3:] == ["HOVER -> LAND", "LAND -> STOP", "STOP -> ARM_OFF"]
-    assert carrier.k < 6000
-    assert both.plant.stands
 
 
 @pytest.mark.parametrize("reads", [False, None])
