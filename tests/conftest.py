@@ -2,6 +2,7 @@
 
 import gc
 import os
+import shutil
 from collections.abc import Generator, Iterator
 from types import SimpleNamespace
 from typing import Any
@@ -9,6 +10,10 @@ from typing import Any
 # Before NumPy is loaded, here and in all that tests start. Threads of linear algebra wait for each other if
 # another worker has the next core: on a busy machine a test of eigenvalues took 123 s in place of 1.6.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# It builds long functions of a tick or an exported controller in a third of gcc's time. A compiler that is
+# named is used.
+if shutil.which("clang"):
+    os.environ.setdefault("CC", "clang")
 
 import pytest
 from hypothesis import settings

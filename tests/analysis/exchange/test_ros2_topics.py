@@ -164,7 +164,7 @@ def test_a_root_that_is_not_the_measured_link_is_found() -> None:
     names: Any = OwnNames(ROBOT)
     names._description = replace(ROBOT.description, measured_link="link3")
     there = ROBOT.link_pose_function("link3")(*np.split(np.asarray(tick.angles), [ROBOT.n_joints])).full()
-    link, place, R = names.root(tick.angles, (there[:, 0], there[:, 1:]))
+    link, (place, R), _ = names.placed(tick.angles, (there[:, 0], there[:, 1:]))
     assert link == ROBOT.description.root
     np.testing.assert_allclose(place, 0.0, atol=1e-9)
     np.testing.assert_allclose(R, np.eye(3), atol=1e-9)

@@ -1,5 +1,7 @@
 """What is asked of a new robot, and what the answers make of it."""
 
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -7,8 +9,28 @@ import pytest
 import skylimb
 from armed_robots import multirotor_with_arm
 from skylimb.apps.cli.main import main
+from skylimb.apps.robot_import.checking import RobotReport, check_robot_file
 from skylimb.apps.robot_import.interview import QUESTIONS, interview
+from skylimb.apps.robot_import.mapping import Mapping as MappingFile
 from skylimb.base.errors import ConfigError, UnknownNameError
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _the_same_is_checked_once() -> Iterator[None]:
+    """Most tests begin with the same file, and some go on with the same answers."""
+    known: dict[tuple[str, str], RobotReport] = {}
+
+    def check(path: Path, packages: None, said: MappingFile, args: object) -> RobotReport:
+        assert packages is None
+        assert not args
+        key = Path(path).read_text(), repr(said)
+        if key not in known:
+            known[key] = check_robot_file(path, mapping=said)
+        return replace(known[key], path=Path(path))
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("skylimb.apps.robot_import.interview.check_robot_file", check)
+        yield
 
 
 @pytest.fixture

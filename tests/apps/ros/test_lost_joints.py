@@ -55,9 +55,8 @@ def test_a_robot_that_feels_no_joints_flies_back_where_it_is_seen() -> None:
     assert any(words.startswith("start is refused: age of joint angles: ") for words in wire.said)
 
 
-@pytest.mark.parametrize("gyro", [None, (math.nan, 0.0, 0.0), (0.0, 0.0, math.inf)])
-def test_a_robot_whose_imu_is_gone_flies_back_where_it_is_seen(gyro: Vector | None) -> None:
-    """Its rates are differences of the attitudes that are seen; rates that are no numbers are none."""
+def feels_no_rates(gyro: Vector | None) -> Wire:
+    """One that hovers, and is led back since nothing is known of its rates."""
 
     def spoil(one: Outgoing) -> Outgoing | None:
         if one.topic is not topics.IMU:
@@ -72,6 +71,17 @@ def test_a_robot_whose_imu_is_gone_flies_back_where_it_is_seen(gyro: Vector | No
     flight = wire.pilot.pilot.flight
     assert flight is not None
     assert flight._guard.mode == "RETREAT"
+    return wire
+
+
+@pytest.mark.parametrize("gyro", [(math.nan, 0.0, 0.0), (0.0, 0.0, math.inf)])
+def test_rates_that_are_no_numbers_are_none(gyro: Vector) -> None:
+    feels_no_rates(gyro)
+
+
+def test_a_robot_whose_imu_is_gone_flies_back_where_it_is_seen() -> None:
+    """Its rates are differences of the attitudes that are seen."""
+    wire = feels_no_rates(None)
     tilts = list[float]()
     for _ in range(3000):
         if wire.pilot.pilot.flying.state == FlightState.STOP:

@@ -26,6 +26,7 @@ from skylimb.apps.ros.messages import Arrived, Outgoing
 from skylimb.apps.ros.node import Node
 from skylimb.apps.ros.states import FlightState
 from skylimb.base.aside import UNREAD
+from skylimb.base.interrupts import ENDS
 from skylimb.flight.realtime.pacer import Pacer
 from steered import ready
 
@@ -86,13 +87,26 @@ def node(
     return Node(both, bridge, pacer, say or said.append, recorder=recorder), both, said
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_who_ends_it_lands_it_first(number: signal.Signals, tmp_path: Path) -> None:
-    def interrupt() -> None:
-        os.kill(os.getpid(), number)
+def sends(number: signal.Signals) -> Callable[[], None]:
+    """What sends this process a signal."""
+    return lambda: os.kill(os.getpid(), number)
 
-    todo = {2: ["teleop_command/start"], 20: ["teleop_command/takeoff"], 1300: interrupt}
-    carrier = Carrier(todo | ({1301: interrupt} if number == signal.SIGHUP else {}), 6000)
+
+@pytest.mark.parametrize("end", [*map(sends, ENDS), [END]], ids=[*(one.name for one in ENDS), "life cycle"])
+def test_whatever_ends_a_node_has_the_motors_stopped_first(end: Any) -> None:
+    carrier = Carrier({2: ["teleop_command/start"], 20: end}, 600)
+    flying, both, said = node(carrier)
+    flying.spin()
+    assert "START -> ARM_ON" in said
+    assert said[-1].endswith(" -> ARM_OFF")
+    assert carrier.k < 600
+    assert both.plant.stands
+
+
+def test_who_ends_it_lands_it_first(tmp_path: Path) -> None:
+    """Of a closed window several come."""
+    todo = {2: ["teleop_command/start"], 20: ["teleop_command/takeoff"]}
+    carrier = Carrier(todo | dict.fromkeys((1300, 1301), sends(signal.SIGHUP)), 6000)
     recorder = FlightRecorder(tmp_path)
     flying, both, said = node(carrier, recorder)
     flying.spin()
@@ -124,16 +138,6 @@ def test_a_busy_computer_is_slow_and_flies_the_same_flight() -> None:
         np.testing.assert_allclose(np.diff(clock), 0.005, atol=1e-6)
     assert max(flying.timing.late) > 0.5
     np.testing.assert_array_equal(*flown)
-
-
-def test_a_life_cycle_that_ends_lands_first() -> None:
-    todo = {2: ["teleop_command/start"], 20: ["teleop_command/takeoff"], 1300: [END]}
-    carrier = Carrier(todo, 6000)
-    flying, both, said = node(carrier)
-    flying.spin()
-    assert said[-3:] == ["HOVER -> LAND", "LAND -> STOP", "STOP -> ARM_OFF"]
-    assert carrier.k < 6000
-    assert both.plant.stands
 
 
 @pytest.mark.parametrize("reads", [False, None])

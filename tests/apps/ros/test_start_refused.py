@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -103,22 +105,27 @@ def test_a_battery_of_which_nobody_says_anything_refuses_the_start() -> None:
     assert wire.said == ["start is refused: battery: not known (at least 10 %)"]
 
 
+def tells(*volts: float) -> Callable[[Outgoing], Outgoing]:
+    """What makes voltages of the battery's, one after the other and from the first on again."""
+    said = itertools.cycle(volts)
+    return lambda one: one._replace(value=next(said)) if one.topic is topics.BATTERY else one
+
+
 @pytest.mark.parametrize("volts", [0.0, math.nan])
-def test_a_voltage_that_is_none_any_more_refuses_the_start_and_lands_nobody(volts: float) -> None:
+def test_a_voltage_that_is_none_any_more_refuses_the_start(volts: float) -> None:
     """The last good one stood for it, however long ago that was."""
-
-    def spoil(one: Outgoing) -> Outgoing:
-        return one._replace(value=volts) if one.topic is topics.BATTERY else one
-
     wire = Wire()
     wire.fly(0.2)
-    wire.spoil = spoil
+    wire.spoil = tells(volts)
     wire.fly(0.2)
     started(wire)
     assert wire.pilot.pilot.flying.state == FlightState.ARM_OFF
     assert wire.said == ["start is refused: battery: not known (at least 10 %)"]
+
+
+def test_voltages_that_are_none_land_nobody() -> None:
     flying = in_hover()
-    flying.spoil = spoil
+    flying.spoil = tells(0.0, math.nan)
     flying.fly(4.0)
     assert flying.pilot.pilot.flying.state == FlightState.HOVER
     assert flying.pilot.faults["battery voltage is none of 6 cells"] >= 39

@@ -53,6 +53,7 @@ GIVEN = Layout(
 )
 
 
+@functools.cache
 def stepper(imu: bool) -> tuple[ca.Function, Layout[Filtered]]:
     """A compiled step of the filter, and where its state stands."""
     kept = Layout(initial_filter(SPREAD, first_biases(ImuSpread(on=imu))))
@@ -66,16 +67,13 @@ def stepper(imu: bool) -> tuple[ca.Function, Layout[Filtered]]:
     return ca.Function("step", [before, flat], [ca.densify(kept.pack(settled(state, MODEL, shown)))]), kept
 
 
-STEPS = {imu: stepper(imu) for imu in (False, True)}
-
-
 MANY = 200
 """Steps that are one function: all flights here are multiples of it."""
 
 
 @functools.cache
 def many_steps(imu: bool) -> ca.Function:
-    return STEPS[imu][0].mapaccum(MANY)
+    return stepper(imu)[0].mapaccum(MANY)
 
 
 class Flown(NamedTuple):
@@ -153,7 +151,7 @@ class Estimates(Sequence[Filtered]):
 
 def estimated(given: list[Given], imu: bool = False) -> Estimates:
     """The filter at every tick."""
-    kept = STEPS[imu][1]
+    kept = stepper(imu)[1]
     rows = [kept.pack(initial_filter(SPREAD, first_biases(ImuSpread(on=imu))))[None]]
     told = np.array([GIVEN.pack(one) for one in given])
     for begin in range(0, len(told), MANY):

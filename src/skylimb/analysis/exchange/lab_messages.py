@@ -111,10 +111,10 @@ def transforms(tick: TickView, body: Body) -> Fields:
     """The robot's root in the world; in it the centre of gravity and the lab's link; links that move."""
     names, root = tick.names, tick.names.frame("root")
     place, R = body.root, body.R_W_root
-    moving, known = list[Frame](), set[str]()
+    moving, known = list[Frame](), frozenset[str]()
     if tick.angles is not None:
-        _, place, R = names.root(tick.angles, (place, R))
-        moving, known = [*names.links(tick.angles, moving=True)], names.children
+        _, (place, R), moving = names.placed(tick.angles, (place, R))
+        known = names.children
     R_cog = R.T @ body.R_WC @ np.asarray(rot_z(body.yaw_in_C))
     frames = [(WORLD, root, place, R), (root, names.frame("cog"), R.T @ (body.cog - place), R_cog)]
     if names.frame("fc") not in known:  # a frame has one parent

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -54,43 +55,45 @@ class Names:
         """The frame of one of its links."""
         return f"{self._namespace}/{name}"
 
-    @property
-    def children(self) -> set[str]:
+    @functools.cached_property
+    def children(self) -> frozenset[str]:
         """Frames of all links but the first."""
-        return {self.link(joint.child) for joint in self._description.joints}
+        return frozenset(self.link(joint.child) for joint in self._description.joints)
 
-    def links(self, angles: np.ndarray, *, moving: bool | None = None) -> Iterator[Frame]:
-        """Links in their parents.
-
-        Args:
-            angles: of joints and gimbals, rad.
-            moving: only those whose joint moves, or only those whose joint never does.
-        """
+    def links(self, angles: np.ndarray) -> Iterator[tuple[bool, Frame]]:
+        """Links in their parents, each behind whether its joint moves; angles of joints and gimbals, rad."""
         turning = (*self._description.shape_joints, *self._description.vectoring_joints)
         known = dict(zip(turning, angles, strict=True))
         for joint in self._description.joints:
             turns = joint.name in known
-            if moving is None or moving == turns:
-                R = joint.R
-                if turns:
-                    R = np.asarray(R @ rotation_from_axis_angle(joint.axis, known[joint.name]))
-                yield self.link(joint.parent), self.link(joint.child), joint.xyz, R
+            R = joint.R
+            if turns:
+                R = np.asarray(R @ rotation_from_axis_angle(joint.axis, known[joint.name]))
+            yield turns, (self.link(joint.parent), self.link(joint.child), joint.xyz, R)
 
-    def root(self, angles: np.ndarray, measured: Placed) -> tuple[str, np.ndarray, np.ndarray]:
-        """The first link of the URDF in W, from the measured link's pose there."""
-        first = self.link(self._description.root)
+    def placed(self, angles: np.ndarray, measured: Placed) -> tuple[str, Placed, list[Frame]]:
+        """The first link of the URDF, its pose in W, and the links that move in their parents.
+
+        Args:
+            angles: of joints and gimbals, rad.
+            measured: pose of the measured link in W.
+        """
+        first, moving = self.link(self._description.root), list[Frame]()
         poses: dict[str, Placed] = {first: (np.zeros(3), np.eye(3))}
-        for parent, child, place, R in self.links(angles):
+        for turns, frame in self.links(angles):
+            parent, child, place, R = frame
             there, axes = poses[parent]
             poses[child] = there + axes @ place, axes @ R
+            if turns:
+                moving.append(frame)
         there, axes = poses[self.link(self._description.measured_link)]
         R = measured[1] @ axes.T
-        return first, measured[0] - R @ there, R
+        return first, (measured[0] - R @ there, R), moving
 
     def fixed(self, angles: np.ndarray) -> Iterator[Frame]:
         """Frames that never move in their parents: the first link is the lab's root."""
         yield self.frame("root"), self.link(self._description.root), np.zeros(3), np.eye(3)
-        yield from self.links(angles, moving=False)
+        yield from (frame for turns, frame in self.links(angles) if not turns)
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,7 @@ class OwnNames(Names):
 
     def fixed(self, angles: np.ndarray) -> Iterator[Frame]:
         """Links that never move in their parents."""
-        yield from self.links(angles, moving=False)
+        yield from (frame for turns, frame in self.links(angles) if not turns)
 
 
 def transforms(tick: TickView) -> Fields | None:
@@ -47,10 +47,9 @@ def transforms(tick: TickView) -> Fields | None:
     body, names, angles = tick.body, tick.names, tick.angles
     if body is None or angles is None or not isinstance(names, OwnNames):
         return None
-    root, place, R = names.root(angles, (body.root, body.R_W_root))
+    root, (place, R), moving = names.placed(angles, (body.root, body.R_W_root))
     frames: list[Frame] = [(WORLD, root, place, R), (WORLD, "cog", body.cog, body.R_WC)]
-    frames += names.links(angles, moving=True)
-    return {"transforms": [made.transform(tick, *one) for one in frames]}
+    return {"transforms": [made.transform(tick, *one) for one in (*frames, *moving)]}
 
 
 def imu(tick: TickView) -> Fields | None:
