@@ -42,7 +42,7 @@ TRIM, SOUND = 0.25, 0.12
 bias with which a robot may still touch."""
 TRIM_POLE = 30.0
 """1/s, of what is fed before the tare."""
-LEVER = 0.01
+LEVER = 0.012
 """m: by as much may a centre of gravity seem off without being fed while the tare is taken."""
 
 
