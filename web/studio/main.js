@@ -326,10 +326,11 @@ class Studio {
       }[event.key.length === 1 ? event.key.toLowerCase() : event.key]; // Caps Lock makes no other key of it
       if (act) { event.preventDefault(); act(); }
     });
-    // A browser whose decimals have a point drops a comma without a word: 2,5 would become 25.
+    // A browser whose decimals have a point drops a comma without a word: 2,5 would become 25, and be flown.
     addEventListener("beforeinput", (event) => {
       if (event.target.type !== "number" || !event.data?.includes(",") || (0.5).toLocaleString().includes(",")) return;
       event.preventDefault();
+      if (event.data === ",") document.execCommand("insertText", false, "."); // what is pasted stays out as a whole
       this.note("A number has a point, not a comma: 2.5", "bad");
     });
     let typing = null; // a field with words that were not taken yet: undo is its own there

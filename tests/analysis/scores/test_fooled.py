@@ -44,6 +44,18 @@ def hook(size):
     return size * np.vstack([straight, bow])
 
 
+def turned(line, degrees):
+    """Each place farther on along a circle: only the ends of the line are beside it."""
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return line @ np.array([[c, s], [-s, c]])
+
+
+def bulged(circle, height):
+    """A circle with one bump, m high."""
+    shape = np.exp(-(((np.arange(len(circle)) - len(circle) / 2) / 4.0) ** 2))
+    return circle * (1.0 + height / np.linalg.norm(circle[0]) * shape)[:, None]
+
+
 def log_of(strokes, drawn, before=None, after=None):
     """A log of strokes, (n, 2) each, with what was `drawn` of each, None for none, and marks at the ends."""
     parts = [("settle", True, before)] if before is not None else []
@@ -205,7 +217,10 @@ def test_a_short_stroke_that_is_drawn_three_times_is_told_as_such():
     [
         (1.2 * circle(0.6), "the shape of the line is 60.0 mm off (root mean square), 3.0 times"),
         (circle(0.6)[:200], "places of the line are far from all that was drawn (root mean square), "),
-        (circle(0.6)[:385], "a single place of the line is far off its shape, "),
+        (circle(0.6)[:385], "the line ends far from its end, "),
+        (circle(0.6)[15:], "the line begins far from its beginning, "),
+        (turned(circle(0.6), 5.0), "the line begins far from its beginning, 1.3 times"),
+        (bulged(circle(0.6), 0.026), "a single place of the line is far off its shape, "),
     ],
 )
 def test_the_reason_of_a_missed_shape_is_a_true_one(drawn, told):

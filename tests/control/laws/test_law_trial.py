@@ -212,12 +212,19 @@ def test_a_guarded_branch_is_not_compiled_away(tmp_path: Path, robot: Robot, ask
     assert not read(tmp_path, robot, text.replace("state, inputs.", f"state, {taken}inputs.")).in_python
 
 
-def test_a_list_of_the_file_that_grows_is_not_compiled_away(tmp_path: Path, robot: Robot) -> None:
+def test_what_a_file_counts_outside_of_its_state_is_not_compiled_away(tmp_path: Path, robot: Robot) -> None:
     grown = LAW.replace(
         "    return", "    ONES.append(1)\n    if len(ONES) > 500: state = 2.0 * state\n    return"
     )
     (why,) = read(tmp_path, robot, grown).in_python.values()
     assert why == "step changes 'ONES' of its file at every call; memory belongs into its state"
+    for kept in ("Kept.calls", "step.calls"):
+        counted = LAW.replace("import numpy", "class Kept: calls = 0\nimport numpy") + "step.calls = 0\n"
+        counted = counted.replace(
+            "    return", f"    {kept} += 1\n    if {kept} > 500: state = 2.0 * state\n    return"
+        )
+        (why,) = read(tmp_path, robot, counted).in_python.values()
+        assert why == f"step changes '{kept}' of its file at every call; memory belongs into its state"
     filled = LAW.replace("    return", "    if not ONES: ONES.append(1)\n    return")
     assert not read(tmp_path, robot, filled).in_python
 

@@ -38,10 +38,16 @@ class Gains:
     pull: Annotated[float, Key("N/m", "pull", low=0.0, high=10.0)] = 2.0
     push: Annotated[tuple[float, float], Key("N", "push", low=0.0, high=10.0)] = (1.0, 3.0)
 
+CALLS = []
+
+class Kept:
+    calls = 0
+    seen = 0
+
 class Own:
     name = "own"
     def __init__(self, robot):
-        self.robot, self.count, self.seen = robot, 0, []
+        self.robot, self.count, self.seen, self.kept = robot, 0, [], Kept()
     def gains(self): return Gains()
     def initial_state(self): return {"sum": 0.0}
     def step(self, gains, state, measurement, reference, dt):
@@ -78,6 +84,15 @@ def test_a_step_of_plain_operators_is_compiled(tmp_path: Path, robot: Robot) -> 
         ("x = x if x > 0 else 0.0", r"own\.py, line \d+, `x = x if .*`.*skylimb\.symbolic\.where"),
         ("self.count += 1; x = x + self.count", "its step changes its own 'count'"),
         ("self.seen.append(1); x = x + len(self.seen)", "its step changes its own 'seen'"),
+        (
+            "Kept.calls += 1; x = x if Kept.calls < 600 else 0.0 * x",
+            r"changes its own 'Kept\.calls'",
+        ),
+        ("CALLS.append(1); x = x if len(CALLS) < 600 else 0.0 * x", "its step changes its own 'CALLS'"),
+        (
+            "self.kept.seen += 1; x = x if self.kept.seen < 600 else 0.0 * x",
+            r"its step changes its own 'kept\.seen'",
+        ),
         ("x = x + random.random()", "on symbols its step gives another 'thrusts' than on numbers"),
         ("x = math.sin(x)", r"`x = math\.sin\(x\)`: float\(\), the functions of math"),
         ("state = 3", r"^$"),

@@ -81,6 +81,17 @@ def moved(text: str, prefix: str) -> str:
     return tomli_w.dumps({**changed, TABLE: recorded})
 
 
+def same_flight(text: str, recorded: str) -> bool:
+    """Whether a config.toml flies what a record says flew, in a comparison's subfolder as well.
+
+    Args:
+        text: of the file.
+        recorded: the configuration in the record.
+    """
+    tables, flown = tables_of_text(text), tables_of_text(recorded)
+    return bool(flown) and (tables == flown or tables == tomllib.loads(moved(recorded, "../")))
+
+
 def changes_since(tables: Mapping[str, Any], folder: Path, versions: Mapping[str, str]) -> list[str]:
     """What has changed since a run was recorded, one line each; nothing where the tables are no run's.
 

@@ -16,7 +16,7 @@ from skylimb.analysis.paper.configuration import not_the_papers
 from skylimb.analysis.paper.numbers import SOURCE, published_beside
 from skylimb.analysis.recording import Run
 from skylimb.analysis.recording.run import OK
-from skylimb.analysis.report.places import CONFIG_FILE, home
+from skylimb.analysis.report.places import configurations, home
 from skylimb.analysis.scores.axis_names import AxisNames, common_names
 from skylimb.analysis.scores.declared import shown_scores
 from skylimb.analysis.scores.score import Score
@@ -188,9 +188,8 @@ def _facts(config: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 def _commands(runs: Mapping[str, Run], folder: Path) -> list[str]:
     """What flies each run again that has its configuration there, in the report's folder."""
-    files = [home(folder, name) / CONFIG_FILE for name in runs]
-    there = [file.relative_to(folder).as_posix() for file in files if file.is_file()]
-    return [f"skylimb run {shlex.quote(file)}" for file in there]
+    ours, _ = configurations(runs, folder)
+    return [f"skylimb run {shlex.quote(file.relative_to(folder).as_posix())}" for file in ours]
 
 
 def _films(runs: Mapping[str, Run], folder: Path, follow: bool) -> list[tuple[str, str]]:

@@ -18,7 +18,7 @@ from skylimb.analysis.recording.run import Run
 from skylimb.analysis.scores.pen_line import reference_line
 from skylimb.analysis.scores.score import DRAWING, Score, Tolerance, metric
 from skylimb.analysis.scores.signals import in_contact, spacing
-from skylimb.analysis.scores.strokes import EXCESSES, drawn_line, held_off
+from skylimb.analysis.scores.strokes import ENDS, EXCESSES, drawn_line, held_off
 from skylimb.analysis.scores.verdict import quantities
 
 DRAWN = "drawn"
@@ -54,10 +54,15 @@ def _missed_strokes(run: Run) -> str:
     if worst["excess"] <= 1.0:
         return f"{which} is drawn to and fro: {drawn} for its {length}, {longest} allowed{others}"
     told = next(name for name in EXCESSES if worst[name] > 1.0)
+    end = max(ENDS, key=lambda name: worst[name])
+    if told == "excess_place" and worst[end] > worst[told] * (1.0 - 1e-9):
+        told = end
     what = {
         "excess_drawn": f"the shape of {which} is {1e3 * worst['shape']:.1f} mm off (root mean square)",
         "excess_missing": f"places of {which} are far from all that was drawn (root mean square)",
         "excess_place": f"a single place of {which} is far off its shape",
+        "excess_begin": f"{which} begins far from its beginning",
+        "excess_end": f"{which} ends far from its end",
     }[told]
     excess, _ = quantities(worst[told], 1.0, "times")
     return f"{what}, {excess} what is allowed{others}"

@@ -49,6 +49,9 @@ _SHAPE_POINTS = 600
 EXCESSES = ("excess_drawn", "excess_missing", "excess_place")
 """What a `Stroke` may miss its shape by, in the order in which the first that misses is told."""
 
+ENDS = ("excess_begin", "excess_end")
+"""What of a `Stroke` may be all that its single place is off by."""
+
 
 @dataclass(frozen=True)
 class Stroke(Fidelity):
@@ -61,6 +64,9 @@ class Stroke(Fidelity):
         excess_drawn: by the root mean square of drawn places.
         excess_missing: by that of reference places.
         excess_place: by the Frechet distance, of a single place.
+        excess_begin: how many times as far as a single place may be off its first drawn place is from its
+            beginning; the Frechet distance has this in it, however well the rest is drawn.
+        excess_end: the same of its last drawn place and its end.
         covered: share of the stroke's length that is drawn, no farther off than a single place may be.
         longest: how long what is drawn of it may be, m.
         kept: whether it was drawn, keeps its shape, and is not drawn to and fro.
@@ -71,6 +77,8 @@ class Stroke(Fidelity):
     excess_drawn: float
     excess_missing: float
     excess_place: float
+    excess_begin: float
+    excess_end: float
     covered: float
     longest: float
     kept: bool
@@ -145,7 +153,7 @@ def _stroke(placed: Fidelity, wanted: np.ndarray, drawn: list[np.ndarray], allow
     """
     longest = allowed.longest(placed.length)
     if not drawn:
-        none = dict.fromkeys(("shape", "excess", *EXCESSES), np.nan)
+        none = dict.fromkeys(("shape", "excess", *EXCESSES, *ENDS), np.nan)
         return Stroke(**asdict(placed), **none, covered=0.0, longest=longest, kept=False)
     points, sizes = np.vstack(drawn), feature_sizes(wanted)
     most, farthest = allowed.of(sizes), allowed.farthest(sizes)
@@ -156,11 +164,13 @@ def _stroke(placed: Fidelity, wanted: np.ndarray, drawn: list[np.ndarray], allow
         float(np.sqrt(np.mean((missing / most) ** 2))),
         frechet(at_most(wanted, _SHAPE_POINTS), points, at_most(farthest, _SHAPE_POINTS)),
     )
+    ends = np.linalg.norm(points[[0, -1]] - wanted[[0, -1]], axis=1) / farthest[[0, -1]]
     return Stroke(
         **asdict(placed),
         shape=float(np.sqrt(np.mean(off**2))),
         excess=max(ratios),
         **dict(zip(EXCESSES, ratios, strict=True)),
+        **dict(zip(ENDS, map(float, ends), strict=True)),
         covered=float(np.mean(missing <= farthest)),
         longest=longest,
         kept=bool(max(ratios) <= 1.0 and placed.drawn <= longest),

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterator
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -23,6 +25,8 @@ STEPS = 4
 PERIOD = 0.005
 """Control period of the trial, s."""
 
+_PLAIN = (int, float, str, list, dict, tuple, set, deque, np.ndarray, type(None))
+
 TOLERANCE = 1e-7
 """Relative difference of numbers that are the same but for the order of operations."""
 
@@ -38,14 +42,12 @@ def untraceable(make: Callable[[], Any]) -> str:
     """
     try:
         trial = make()
-        before = plain_attributes(trial.made)
+        before = _remembered(trial.made)
         step = traced_step(trial, PERIOD, len(trial.needs.preview))
         if trial.needs.paced and PACE not in step.signals.slices:
             return f"it sets the mission's pace, but has no signal '{PACE}'"
         problem = _difference(trial, step)
-        changed = sorted(
-            name for name, text in plain_attributes(trial.made).items() if before.get(name) != text
-        )
+        changed = sorted(name for name, text in _remembered(trial.made).items() if before.get(name) != text)
         if changed:
             return f"its step changes its own '{changed[0]}'; what it remembers belongs into its state"
         return problem
@@ -111,11 +113,35 @@ def differing(layout: Layout[Any], one: np.ndarray, other: np.ndarray) -> Iterat
             yield name
 
 
+def _remembered(made: Any) -> dict[str, str]:
+    """What a step could keep outside of its state: in its object, its class and the globals of its file."""
+    names = getattr(getattr(type(made), "step", None), "__globals__", {})
+    file = dict(_plain_values(SimpleNamespace(**names), type(made).__module__, set()))
+    return file | plain_attributes(made)
+
+
 def plain_attributes(made: Any) -> dict[str, str]:
-    """The plain values of an object or a module, as text: to see whether a step has changed them."""
-    plain = (int, float, str, list, dict, tuple, set, np.ndarray, type(None))
-    known = {name: value for name, value in getattr(made, "__dict__", {}).items() if name[:2] != "__"}
-    return {name: repr(value) for name, value in known.items() if isinstance(value, plain)}
+    """The plain values of an object or a module, as text: to see whether a step has changed them.
+
+    What its own classes, functions and objects keep counts as well, as in `Filter.calls` or `filter.sum`.
+    """
+    home = made.__name__ if isinstance(made, ModuleType) else type(made).__module__
+    return dict(_plain_values(made, home, set()))
+
+
+def _plain_values(made: Any, home: str, seen: set[int], before: str = "") -> Iterator[tuple[str, str]]:
+    """Name and text of each plain value in an object, and in those in it that the module `home` defines."""
+    seen.add(id(made))
+    for name, value in list(getattr(made, "__dict__", {}).items()):
+        if name[:2] == "__":
+            continue
+        if isinstance(value, _PLAIN):
+            yield f"{before}{name}", repr(value)
+        elif id(value) not in seen and home in (
+            getattr(value, "__module__", ""),
+            type(value).__module__,
+        ):
+            yield from _plain_values(value, home, seen, f"{before}{name}.")
 
 
 def shaken_hover(robot: Robot, rng: np.random.Generator, needs: Needs) -> tuple[Measurement, Reference]:

@@ -82,10 +82,10 @@ def test_a_value_out_of_range_stays_with_its_reason_until_it_is_left(
     assert flown_gain(studio.session, GAIN)[0] > 0.0
 
 
-def test_a_comma_in_a_number_is_refused_and_no_other_number_is_made_of_it(page: sync_api.Page) -> None:
+def test_a_comma_in_a_number_is_taken_for_the_point_that_it_stands_for(page: sync_api.Page) -> None:
     page.get_by_role("tab", name="Surface").click()
     field = page.locator("#surface-friction")
-    for typed, left in (("0,3", "03"), ("0.5", "0.5")):
+    for typed, left in (("0,3", "0.3"), ("0.5", "0.5")):
         field.fill("")
         field.press_sequentially(typed)
         assert field.input_value() == left
