@@ -99,7 +99,7 @@ def vector(*entries: Any) -> Array:
 
 def matrix(rows: Sequence[Sequence[Any]]) -> Array:
     """A matrix from rows of scalars, of the kind its entries ask for."""
-    if is_symbolic(*(entry for row in rows for entry in row)):
+    if any(is_symbolic(*row) for row in rows):
         return ca.vertcat(*(ca.horzcat(*row) for row in rows))
     return np.array([[float(entry) for entry in row] for row in rows])
 

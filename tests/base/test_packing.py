@@ -4,7 +4,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from skylimb.base.packing import Layout, number, numeric, pack_rows
+from skylimb.base.packing import Layout, flattened, number, numeric, pack_rows
+from skylimb.control.missions.reference import zero_reference
 
 
 class Inner(NamedTuple):
@@ -29,6 +30,20 @@ def test_round_trip_keeps_values_shapes_and_structure() -> None:
     assert back["none"] == ()
     np.testing.assert_array_equal(back["inner"].matrix, RECORD["inner"].matrix)
     np.testing.assert_array_equal(back["gains"], [1.0, 2.0])
+
+
+def test_what_travels_flat_is_in_a_row_whatever_its_shape_and_kind() -> None:
+    transposed = np.arange(6.0).reshape(2, 3).T
+    flat = flattened((1.0, True, np.float64(2.0), transposed, [3, 4.0], np.zeros(0)))
+    np.testing.assert_array_equal(flat, [1.0, 1.0, 2.0, 0.0, 3.0, 1.0, 4.0, 2.0, 5.0, 3.0, 4.0])
+    assert flat.dtype == float
+    assert flattened(()).shape == (0,)
+
+
+def test_entries_of_a_reference_are_those_that_its_layout_has() -> None:
+    later = zero_reference(2, 1)._replace(reach=3.0)
+    reference = zero_reference(2, 1)._replace(heading=2.0, ahead=(later, later))
+    np.testing.assert_array_equal(flattened(reference.entries), Layout(reference).pack(reference))
 
 
 def test_symbols_stand_where_numbers_stand() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -71,10 +70,10 @@ class BoardCase:
         board = board.with_p_matrix(PMatrix(_rows(self.rows), tuple(self.inertia.tolist())))
         if len(self.gains) == 1:
             board = board.with_torque_inverse(TorqueInverse(_rows(self.inverse)))
-        board = replace(board.desired(*self.desired.tolist()), integral=tuple(self.integral.tolist()))
+        board = board.desired(*self.desired.tolist())._replace(integral=tuple(self.integral.tolist()))
         board = board.commanded(FourAxes(tuple(self.angles.tolist()), tuple(self.base.tolist())), 0.0)
         if board.heard is None:  # a command that is refused leaves the board without one
-            board = replace(board, heard=0.0, base=np.zeros(board.entries))
+            board = board._replace(heard=0.0, base=np.zeros(board.entries))
         R = np.asarray(rotation_from_quaternion(self.turn))
         board, thrusts = attitude_loop(board, R, self.rates, 0.0, 0.001, UNLIMITED)
         return np.concatenate([thrusts, board.gimbals, [board.force_landing]])

@@ -7,7 +7,7 @@ room in the vector.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cached_property
 from operator import itemgetter
 from typing import Any, Generic, TypeVar
@@ -59,9 +59,7 @@ class Layout(Generic[R]):
         if is_symbolic(*parts.values()):
             flat = [_symbolic_column(part) for part in parts.values()]
             return ca.vertcat(*flat) if flat else ca.SX(0, 1)
-        return np.concatenate(
-            [np.ravel(np.asarray(part, dtype=float)) for part in parts.values()] or [np.zeros(0)]
-        )
+        return flattened(parts.values())
 
     def unpack(self, flat: Any) -> R:
         """A record like the template whose leaves are the vector's entries (arrays, or symbols)."""
@@ -79,7 +77,7 @@ class Layout(Generic[R]):
         where, shape = self.slices[path], self.shapes[path]
         if shape == ():
             return False, lambda flat: float(flat[where.start])
-        return False, lambda flat: flat[where].reshape(shape)
+        return False, itemgetter(where) if len(shape) == 1 else lambda flat: flat[where].reshape(shape)
 
     def reader(self, flat: np.ndarray) -> Callable[[], R]:
         """A function that gives the record that an array of (size,) holds at the moment.
@@ -114,6 +112,11 @@ def _symbolic_column(part: Any) -> Any:
     if is_symbolic(part):
         return ca.reshape(part.T, -1, 1)
     return ca.SX(np.ravel(np.asarray(part, dtype=float)))
+
+
+def flattened(parts: Iterable[Any]) -> np.ndarray:
+    """Numbers and arrays of numbers in a row, (n,); matrices row by row."""
+    return np.concatenate([*parts, ()], axis=None, dtype=float)
 
 
 def numeric(record: R) -> R:

@@ -103,14 +103,27 @@ def test_whatever_ends_a_node_has_the_motors_stopped_first(end: Any) -> None:
     assert both.plant.stands
 
 
-def test_who_ends_it_lands_it_first(tmp_path: Path) -> None:
-    """Of a closed window several come."""
-    todo = {2: ["teleop_command/start"], 20: ["teleop_command/takeoff"]}
-    carrier = Carrier(todo | dict.fromkeys((1300, 1301), sends(signal.SIGHUP)), 6000)
-    recorder = FlightRecorder(tmp_path)
+TAKES_OFF = {2: ["teleop_command/start"], 20: ["teleop_command/takeoff"]}
+ENDED = 1300
+"""Tick at which its user ends the flight that tests share."""
+
+Landed = tuple[Carrier, Both, list[str], Path]
+
+
+@pytest.fixture(scope="module")
+def landed(tmp_path_factory: pytest.TempPathFactory) -> Landed:
+    """A flight to hover that its user ends: of a closed window several signals come."""
+    ends = dict.fromkeys((ENDED, ENDED + 1), sends(signal.SIGHUP))
+    carrier, folder = Carrier(TAKES_OFF | ends, 6000), tmp_path_factory.mktemp("landed")
+    recorder = FlightRecorder(folder)
     flying, both, said = node(carrier, recorder)
     flying.spin()
     recorder.close()
+    return carrier, both, said, folder
+
+
+def test_who_ends_it_lands_it_first(landed: Landed) -> None:
+    carrier, both, said, folder = landed
     assert said[:4] == ["ARM_OFF -> START", "START -> ARM_ON", "ARM_ON -> TAKEOFF", "TAKEOFF -> HOVER"]
     assert said[-3:] == ["HOVER -> LAND", "LAND -> STOP", "STOP -> ARM_OFF"]
     assert carrier.k < 6000
@@ -119,25 +132,26 @@ def test_who_ends_it_lands_it_first(tmp_path: Path) -> None:
     assert len(carrier.of(RECORD)) == 1
     assert len(carrier.of(ROW)) > 500
     assert [kept.name for kept in both.kept] == ["flight"]
-    flown, kept = both.kept[0].run().log, read_log(tmp_path / "01-flight.mcap").run.log
+    flown, kept = both.kept[0].run().log, read_log(folder / "01-flight.mcap").run.log
     assert flown.sizes["time"] == len(carrier.of(ROW))
     np.testing.assert_array_equal(kept.thrusts_command, flown.thrusts_command)
 
 
-def test_a_busy_computer_is_slow_and_flies_the_same_flight() -> None:
+def test_a_busy_computer_is_slow_and_flies_the_same_flight(landed: Landed) -> None:
     """Two ticks of three begin late, by up to a second: not a bit of the flight is another."""
     rng, flown = np.random.default_rng(3), []
-    for busy in (lambda: 0.0, lambda: float(rng.choice([0.0, 0.02, 1.0], p=[0.3, 0.6, 0.1]))):
-        carrier = Carrier({2: ["teleop_command/start"], 20: ["teleop_command/takeoff"]}, 1500)
-        flying, both, _ = node(carrier, busy=busy)
-        flying.spin()
-        assert both.pilot.flying.state == FlightState.HOVER
-        assert not both.faults
-        flown.append([value["data"] for value in carrier.of(ROW)])
-        clock = [value["clock"] for value in carrier.of(CLOCK)]
+    carrier = Carrier(TAKES_OFF, ENDED - 1)
+    flying, both, _ = node(carrier, busy=lambda: float(rng.choice([0.0, 0.02, 1.0], p=[0.3, 0.6, 0.1])))
+    flying.spin()
+    assert both.pilot.flying.state == FlightState.HOVER
+    for one, whose in (landed[:2], (carrier, both)):
+        assert not whose.faults
+        flown.append([value["data"] for value in one.of(ROW)])
+        clock = [value["clock"] for value in one.of(CLOCK)]
         np.testing.assert_allclose(np.diff(clock), 0.005, atol=1e-6)
     assert max(flying.timing.late) > 0.5
-    np.testing.assert_array_equal(*flown)
+    quiet, busy = flown
+    np.testing.assert_array_equal(quiet[: len(busy)], busy)
 
 
 @pytest.mark.parametrize("reads", [False, None])
@@ -182,7 +196,8 @@ def test_it_ends_when_the_middleware_is_gone_and_says_each_fault_once() -> None:
 
 
 def test_a_middleware_that_goes_in_flight_leaves_a_robot_that_nobody_commands() -> None:
-    flying, both, said = node(Carrier({2: ["teleop_command/start"], 20: ["teleop_command/takeoff"]}, 600))
+    flying, both, said = node(Carrier(TAKES_OFF, 300))
     flying.spin()
     assert both.pilot.flying.in_air
+    assert not both.plant.stands
     assert said[-1] == "the middleware's process is gone in flight: nobody commands the robot any more"

@@ -74,7 +74,8 @@ def test_the_board_says_its_terms_and_its_duties(takeoff: Takeoff) -> None:
     # It stands level, as its feet have it: by the roll and pitch of the controlled axes, which nobody said.
     spinal = bench.robot._spinal
     assert spinal.terms is not None
-    np.testing.assert_allclose(term, 1e3 * spinal.terms[0], atol=1.0)
+    p, i, d = 1e3 * spinal.terms[:, 0]
+    np.testing.assert_allclose(term, [p[0], i[0], d[0], p[1], i[1], d[1], d[2]], atol=1.0)
     assert abs(term[0] - 100) < 60
     duties, volts = np.array(bench.said["motor_pwms"].duties), VOLTS * CELLS
     assert spinal.thrusts is not None

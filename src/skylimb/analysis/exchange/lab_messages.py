@@ -237,7 +237,7 @@ def vector(values: Any) -> Vector:
 
 def floats(values: Any) -> tuple[float, ...]:
     """Numbers of any shape, in a row."""
-    return tuple(np.ravel(np.asarray(values, dtype=float)).tolist())
+    return tuple(np.asarray(values, dtype=float).ravel().tolist())
 
 
 def _quaternion(R: np.ndarray) -> Quaternion:

@@ -79,14 +79,16 @@ class Names:
             measured: pose of the measured link in W.
         """
         first, moving = self.link(self._description.root), list[Frame]()
+        wanted = self.link(self._description.measured_link)
         poses: dict[str, Placed] = {first: (np.zeros(3), np.eye(3))}
         for turns, frame in self.links(angles):
             parent, child, place, R = frame
-            there, axes = poses[parent]
-            poses[child] = there + axes @ place, axes @ R
+            if wanted not in poses:
+                there, axes = poses[parent]
+                poses[child] = there + axes @ place, axes @ R
             if turns:
                 moving.append(frame)
-        there, axes = poses[self.link(self._description.measured_link)]
+        there, axes = poses[wanted]
         R = measured[1] @ axes.T
         return first, (measured[0] - R @ there, R), moving
 

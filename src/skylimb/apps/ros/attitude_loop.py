@@ -8,8 +8,6 @@ failsafe and forced landing.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from skylimb.apps.ros.spinal import TILT, Spinal
@@ -49,25 +47,24 @@ def attitude_loop(
         return spinal, np.zeros(spinal.rotors)
     offset = np.eye(3) if spinal.offset is None else spinal.offset
     R, rates = R @ offset.T, offset @ rates
-    attitude = np.asarray(rpy_from_rotation(R), dtype=float)
-    if not spinal.force_landing and np.abs(attitude[:2]).max() > TILT:
-        spinal = replace(spinal, force_landing=True, integral=(0.0, 0.0))
+    roll, pitch, _ = rpy_from_rotation(R).tolist()
+    if not spinal.force_landing and max(abs(roll), abs(pitch)) > TILT:
+        spinal = spinal._replace(force_landing=True, integral=(0.0, 0.0))
     if spinal.force_landing or now - heard > SILENCE:
-        spinal = replace(spinal, force_landing=True, angles=(0.0, 0.0), yaw=np.zeros(spinal.entries))
+        spinal = spinal._replace(force_landing=True, angles=(0.0, 0.0), yaw=np.zeros(spinal.entries))
     base = spinal.base
     if spinal.force_landing and float(base.mean()) > spinal.least:
         base = base * (1.0 - FALLING * dt / float(base.mean()))
-        spinal = replace(spinal, base=base)
-    error = np.array([*(spinal.angles - attitude[:2]), 0.0])
+        spinal = spinal._replace(base=base)
+    error = np.array([spinal.angles[0] - roll, spinal.angles[1] - pitch, 0.0])
     integral = np.array([*spinal.integral, 0.0]) + (error * dt if spinal.integrates else 0.0)
-    p, i, d = np.zeros((3, spinal.entries, 3)) if spinal.gains is None else spinal.gains
-    terms = np.stack([p * error, i * integral, -d * rates])
+    gains = np.zeros((3, spinal.entries, 3)) if spinal.gains is None else spinal.gains
+    terms = gains * np.array([error, integral, -rates])[:, None]
     asked = _saturated(spinal, *_terms(spinal, terms, rates))
-    terms = np.hstack([terms[:, :, 0].T, terms[:, :, 1].T, terms[2, :, 2:]])
     integrated = float(integral[0]), float(integral[1])
     thrusts, gimbals = _turned(spinal, asked)
-    spinal = replace(spinal, integral=integrated, terms=terms, thrusts=thrusts, gimbals=gimbals)
-    return spinal, np.clip(thrusts, *limits)
+    spinal = spinal._replace(integral=integrated, terms=terms, thrusts=thrusts, gimbals=gimbals)
+    return spinal, thrusts.clip(*limits)
 
 
 def forced_by(spinal: Spinal, now: float) -> str:

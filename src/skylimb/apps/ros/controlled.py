@@ -22,6 +22,7 @@ from skylimb.apps.ros.sensors import Sensors
 from skylimb.apps.ros.states import FlightState
 from skylimb.apps.ros.tick import Received, Tick
 from skylimb.base.errors import AllocationError
+from skylimb.base.packing import flattened
 from skylimb.base.rotations import rot_z, rpy_from_rotation
 from skylimb.control.estimation.records import Measurement, Taken
 from skylimb.control.loop.vehicle import measured_layout
@@ -81,7 +82,7 @@ class Controlled(Piloted):
 
     def _recorded(self, measured: Measurement, tick: Tick) -> np.ndarray:
         """Measurement and command, in the order of `measured_layout`."""
-        return np.hstack([*measured.entries, *tick.command])
+        return flattened((*measured.entries, *tick.command))
 
     def _messages(self, stamp: float, measured: Measurement | None, tick: Tick) -> Iterator[Outgoing]:
         self._vectoring = np.asarray(tick.command.vectoring_angles, dtype=float)

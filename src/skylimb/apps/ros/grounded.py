@@ -40,7 +40,7 @@ class GroundedPlant:
         here = world(takeoff)
         if here.plant is takeoff.plant:
             here = here._replace(plant=with_own_model(here.plant))
-        self._plant, self._model, self._data = here.plant, here.plant.model, here.data
+        self._model, self._data = here.plant.model, here.data
         self._data.qpos[2] = STAND
         robot = takeoff.robot
         self._servos = slice(robot.n_rotors, robot.n_rotors + robot.n_joints + robot.n_vectoring)
@@ -53,6 +53,7 @@ class GroundedPlant:
             self._data.qpos[here.plant.places] = angles
             self._data.act[self._servos] = angles
         self._vehicle = simulated_vehicle(takeoff, here)
+        self._places = np.array(here.plant.joint_qpos, int), np.array(here.plant.vectoring_qpos, int)
         self._root = self._model.body(takeoff.robot.description.root).id
         self._stands: np.ndarray | None = np.array(self._data.qpos[0:7])
 
@@ -77,10 +78,8 @@ class GroundedPlant:
 
     def truth(self) -> Measurement:
         """What is really so: without noise, and of this tick."""
-        q, v, plant = np.array(self._data.qpos), np.array(self._data.qvel), self._plant
-        return Measurement(
-            q[0:3], q[3:7], v[0:3], v[3:6], q[list(plant.joint_qpos)], q[list(plant.vectoring_qpos)]
-        )
+        q, v, (joints, gimbals) = np.array(self._data.qpos), np.array(self._data.qvel), self._places
+        return Measurement(q[0:3], q[3:7], v[0:3], v[3:6], q[joints], q[gimbals])
 
     def record(self, measurement: Measurement, command: Command) -> np.ndarray:
         """The tick's signals, truth among them."""

@@ -15,7 +15,7 @@ from skylimb.analysis.recording.run import Run
 from skylimb.apps.ros.messages import Outgoing
 from skylimb.apps.ros.profile import PendingRun
 from skylimb.apps.ros.tick import Tick
-from skylimb.base.packing import Layout
+from skylimb.base.packing import Layout, flattened
 from skylimb.base.signals import Signal
 from skylimb.control.loop.flight import MISSION_TIME, Flight
 from skylimb.control.missions.reference import Reference
@@ -74,10 +74,9 @@ class LiveRecord:
         if script is not None and script.begun:
             self._mission = self._mission or (script.name, count)
             clock = float(script.clock.ticks) * self._plan.period
-        own = [np.ravel(np.asarray(tick.signals[name], dtype=float)) for name in self._own]
-        reference = [np.ravel(value) for value in reference_signals(tick.reference).values()]
+        own = (tick.signals[name] for name in self._own)
         more = (*((clock,) if self._paced else ()), tick.flying.shown, tick.scale)
-        row = np.concatenate([vehicle, *own, np.array(more, dtype=float), *reference])
+        row = flattened((vehicle, *own, *more, *tick.reference.entries))
         self._rows.append(row)
         yield Outgoing(*self._messages.row(count * self._plan.period, row))
 

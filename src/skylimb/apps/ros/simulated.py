@@ -171,8 +171,9 @@ class Simulated:
             R, rates = self._attitude.R, felt[0]
         self._spinal, thrusts = attitude_loop(self._spinal, R, rates, now, self._period, self._limits)
         if len(gimbals := self._spinal.gimbals) == len(self._angles) - self._n_joints:
-            self._angles[self._n_joints :] = np.clip(gimbals, *self._bounds[:, self._n_joints :])
-        self.plant.apply(Command(thrusts, *np.split(self._angles, [self._n_joints])))
+            self._angles[self._n_joints :] = gimbals.clip(*self._bounds[:, self._n_joints :])
+        n = self._n_joints
+        self.plant.apply(Command(thrusts, self._angles[:n], self._angles[n:]))
 
     def _take(self, one: Arrived, now: float) -> list[Outgoing]:
         """What the flight controller and the servos make of a message."""
@@ -198,10 +199,10 @@ class Simulated:
 
     def _bend(self, known: dict[str, float], topic: str) -> None:
         """Set points of servos, by name, within their limits."""
-        if not np.isfinite(list(known.values())).all():
+        if not all(map(math.isfinite, known.values())):
             self.faults[f"{topic}: no number"] += 1
             return
         set_points = [
             known.get(name, point) for name, point in zip(self._all_names, self._angles, strict=True)
         ]
-        self._angles = np.clip(np.array(set_points), *self._bounds)
+        self._angles = np.array(set_points).clip(*self._bounds)

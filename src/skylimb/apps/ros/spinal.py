@@ -5,7 +5,8 @@ Numbers of messages are thousandths, as they travel. What it does with them: `at
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -37,8 +38,7 @@ _MILLI = 1e-3
 _INTEGRATE = {160: True, 161: False}
 
 
-@dataclass(frozen=True)
-class Spinal:
+class Spinal(NamedTuple):
     """All that it remembers.
 
     Attributes:
@@ -61,7 +61,7 @@ class Spinal:
         inertia: (3, 3).
         offset: from the board's axes to those that are controlled, (3, 3).
         integral: of the errors of roll and pitch, rad s, (2,).
-        terms: what they came to at the last pass: roll p i d, pitch p i d, yaw d of each rotor, N, (n, 7).
+        terms: what they came to at the last pass, in the order of the gains, N, (3, n, 3).
         thrusts: what was asked for then, N, (n,).
         gimbals: angles of the rotors that the board turns, (n * gimbal_dof,) rad.
     """
@@ -74,9 +74,9 @@ class Spinal:
     force_landing: bool = False
     integrates: bool = False
     heard: float | None = None
-    base: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    base: np.ndarray = np.zeros(0)
     angles: tuple[float, float] = (0.0, 0.0)
-    yaw: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    yaw: np.ndarray = np.zeros(0)
     gains: np.ndarray | None = None
     torque_gains: np.ndarray | None = None
     torque_inverse: np.ndarray | None = None
@@ -86,7 +86,7 @@ class Spinal:
     integral: tuple[float, float] = (0.0, 0.0)
     terms: np.ndarray | None = None
     thrusts: np.ndarray | None = None
-    gimbals: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    gimbals: np.ndarray = np.zeros(0)
 
     @property
     def entries(self) -> int:
@@ -114,7 +114,8 @@ class Spinal:
 
     def pid(self) -> Gains:
         """Terms of each rotor, in thousandths."""
-        terms = np.zeros((self.entries, 7)) if self.terms is None else self.terms
+        terms = np.zeros((3, self.entries, 3)) if self.terms is None else self.terms
+        terms = np.hstack([terms[:, :, 0].T, terms[:, :, 1].T, terms[2, :, 2:]])
         return Gains(tuple(map(tuple, np.clip(terms / _MILLI, -32768, 32767).astype(int).tolist())))
 
     def told(self, message: Told, now: float) -> Spinal:
@@ -137,13 +138,13 @@ class Spinal:
         fits = self.rotors * (dof + 1) <= MOST_COMPONENTS
         if dof not in (1, 2) or self.gimbal_dof or self.armed or not fits:
             return self
-        return replace(self, gimbal_dof=dof, gimbals=np.zeros(self.rotors * dof))
+        return self._replace(gimbal_dof=dof, gimbals=np.zeros(self.rotors * dof))
 
     def informed(self, message: UavInfo | MotorInfo) -> Spinal:
         """After a `uav_info` or a `motor_info`; its number of motors is taken once."""
         if isinstance(message, MotorInfo):
-            return replace(self, motors=message)
-        return replace(self, uav=message) if message.motors > 0 and self.uav is None else self
+            return self._replace(motors=message)
+        return self._replace(uav=message) if message.motors > 0 and self.uav is None else self
 
     def configured(self, command: int) -> Spinal:
         """After a `flight_config_cmd`; it is not armed before it is ready."""
@@ -152,27 +153,27 @@ class Spinal:
         if command in (Arming.ON, Arming.OFF):
             kept = ("rotors", "gimbal_dof", "gimbals", "uav", "motors", "p_matrix", "inertia")
             known = Spinal(**{name: getattr(self, name) for name in kept})
-            return replace(known, armed=command == Arming.ON)
+            return known._replace(armed=command == Arming.ON)
         if command == Arming.FORCE_LANDING:
-            return replace(self, force_landing=True)
-        return replace(self, integrates=_INTEGRATE.get(command, self.integrates))
+            return self._replace(force_landing=True)
+        return self._replace(integrates=_INTEGRATE.get(command, self.integrates))
 
     def commanded(self, message: FourAxes, now: float) -> Spinal:
         """After a `four_axes/command`; one of another number of rotors is none."""
         thrusts = np.array(message.base_thrust, dtype=float)
-        numbers = np.array([*message.angles, *thrusts])
-        if not self.armed or thrusts.shape != (self.entries,) or not np.isfinite(numbers).all():
+        finite = all(map(math.isfinite, (*message.angles, *message.base_thrust)))
+        if not self.armed or thrusts.shape != (self.entries,) or not finite:
             return self
         tilted = max(abs(message.angles[0]), abs(message.angles[1])) > TILT
         if (self.force_landing or tilted) and float(thrusts.mean()) < self.least:
-            return replace(self, force_landing=True)
+            return self._replace(force_landing=True)
         landing, yaw = self.force_landing or tilted, self.yaw
         if (strongest := self.strongest) is not None and self.gains is not None:
             # The computer's yaw term is that of the rotor with the largest gain; others go in proportion.
             shares = self.gains[2][:, 2]
             yaw = message.angles[2] * shares / shares[strongest]
-        return replace(
-            self, base=thrusts, angles=message.angles[:2], yaw=yaw, heard=now, force_landing=landing
+        return self._replace(
+            base=thrusts, angles=message.angles[:2], yaw=yaw, heard=now, force_landing=landing
         )
 
     def gained(self, message: Gains) -> Spinal:
@@ -186,20 +187,20 @@ class Spinal:
         d = np.stack([rows[:, 2], rows[:, 5], rows[:, 6]], axis=1)
         gains = np.stack([p, i, d])
         if len(rows) == self.entries:
-            return replace(self, gains=gains)
-        return replace(self, torque_gains=gains[:, 0])._mapped()
+            return self._replace(gains=gains)
+        return self._replace(torque_gains=gains[:, 0])._mapped()
 
     def with_torque_inverse(self, message: TorqueInverse) -> Spinal:
         """After a `torque_allocation_matrix_inv`, which only an armed board takes."""
         if len(message.rows) != self.entries or not self.armed:
             return self
-        return replace(self, torque_inverse=_MILLI * np.array(message.rows, dtype=float))._mapped()
+        return self._replace(torque_inverse=_MILLI * np.array(message.rows, dtype=float))._mapped()
 
     def _mapped(self) -> Spinal:
         """With gains of each rotor from those of torques; each is nothing before it came."""
         inverse = np.zeros((self.entries, 3)) if self.torque_inverse is None else self.torque_inverse
         torques = np.zeros((3, 3)) if self.torque_gains is None else self.torque_gains
-        return replace(self, gains=torques[:, None, :] * inverse)
+        return self._replace(gains=torques[:, None, :] * inverse)
 
     @property
     def strongest(self) -> int | None:
@@ -214,8 +215,8 @@ class Spinal:
             return self
         xx, yy, zz, xy, yz, xz = (_MILLI * value for value in message.inertia)
         inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        return replace(self, p_matrix=_MILLI * np.array(message.rows, dtype=float), inertia=inertia)
+        return self._replace(p_matrix=_MILLI * np.array(message.rows, dtype=float), inertia=inertia)
 
     def desired(self, roll: float, pitch: float, yaw: float) -> Spinal:
         """After a `desire_coordinate`."""
-        return replace(self, offset=np.asarray(rotation_from_rpy(roll, pitch, yaw)))
+        return self._replace(offset=np.asarray(rotation_from_rpy(roll, pitch, yaw)))

@@ -62,6 +62,11 @@ class Reference(NamedTuple):
     fine: Any
     ahead: tuple[Reference, ...] = ()
 
+    @property
+    def entries(self) -> tuple[Any, ...]:
+        """Every entry in turn, those of the references ahead behind the others: what travels flat."""
+        return (*self[:-1], *(entry for later in self.ahead for entry in later[:-1]))
+
 
 def zero_reference(n_joints: int, n_vectoring: int) -> Reference:
     """A reference of zeros, which tells the sizes of all entries."""

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from skylimb.base.bound_function import BoundFunction
-from skylimb.base.packing import Layout
+from skylimb.base.packing import Layout, flattened
 from skylimb.control.estimation.records import Measurement, zero_measurement
 from skylimb.control.missions.reference import Reference, zero_reference
 from skylimb.control.records import Command
@@ -129,8 +129,8 @@ class Halves:
         for name, value in zip(Told._fields, told, strict=True):
             self._state[self._made.watch.slices[f"told.{name}"]] = value
         if measurement is not None:
-            self._measured[:] = self._made.measurement.pack(measurement)
-        self._wanted[:] = self._made.reference.pack(reference)  # a number may stand for a vector of one
+            self._measured[:] = flattened(measurement.entries)
+        self._wanted[:] = flattened(reference.entries)  # a number may stand for a vector of one
         self._look.evaluate()
         self.sight = self._made.sight.unpack(self._seen.copy())
         self.mode = self._looked[self._made.watch.slices["mode"]][0]
@@ -143,7 +143,7 @@ class Halves:
         """The command, and whether it is the controller's; see `after`."""
         self._sound[:] = float(wanted is not None)
         if wanted is not None:
-            self._asked[:] = self._made.command.pack(wanted)
+            self._asked[:] = flattened(wanted)
         self._act.evaluate()
         return self._made.command.unpack(self._command.copy()), bool(self._own[0] > 0.5)
 

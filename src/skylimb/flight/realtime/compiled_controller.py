@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 
 from skylimb.base.bound_function import BoundFunction
+from skylimb.base.packing import flattened
 from skylimb.base.split_function import made_faster
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.laws.traced_step import traced_step
@@ -61,9 +62,8 @@ class CompiledController:
         given = self._given
         given[0][:], given[3][:] = state, gains
         # An IMU that nobody needs is left out.
-        given[1][:] = np.hstack(measurement.entries)[: len(given[1])]
-        flat = [*reference[:-1], *(entry for ahead in reference.ahead for entry in ahead[:-1])]
-        np.concatenate([np.ravel(entry) for entry in flat], out=given[2])
+        given[1][:] = flattened(measurement.entries)[: len(given[1])]
+        given[2][:] = flattened(reference.entries)
         self._bound.evaluate()
         new, command, signals = (part.copy() for part in self._made)
         return new, self._commands.unpack(command), self._signals.unpack(signals)

@@ -98,7 +98,8 @@ class GuardedController:
         self._controller, self._pacer, self._robot = controller, pacer, robot
         self.limits = limits or Limits()
         self.name, self.needs = controller.name, needs_of(controller)
-        self._bounds = (robot.thrust_limits(), robot.joint_limits(), robot.vectoring_limits())
+        limits_of = robot.thrust_limits(), robot.joint_limits(), robot.vectoring_limits()
+        self._bounds = [(low - _MARGIN, high + _MARGIN) for low, high in limits_of]
         self._halves: Halves | None = None
         self._mode, self._told, self._own = 0, Told(), dict[str, Any]()
         self._taken: tuple[float | None, float | None] = None, None
@@ -285,7 +286,8 @@ class GuardedController:
         taken, self._taken = self._taken, (None, None)
         stamps = [last if time is None else time for time, last in zip(taken, self._last, strict=True)]
         new = [bool(last < time < np.inf) for time, last in zip(stamps, self._last, strict=True)]
-        self._last = Taken(*np.where(new, stamps, self._last))
+        times = zip(new, stamps, self._last, strict=True)
+        self._last = Taken(*(time if one else last for one, time, last in times))
         return taken[0] is None or new[0], taken[1] is None or new[1]
 
     def _shaped(self, measurement: Measurement) -> Measurement | None:
@@ -323,7 +325,7 @@ class GuardedController:
                 words = "command is no number" if part.shape == low.shape else "command of wrong size"
                 self.counts.note("guard", words)
                 return None
-            if np.any(part < low - _MARGIN) or np.any(part > high + _MARGIN):
+            if (part < low).any() or (part > high).any():
                 self.counts.note("guard", "command out of limits")
             parts.append(part)
         return Command(*parts)

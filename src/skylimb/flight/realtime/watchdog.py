@@ -6,7 +6,7 @@ import functools
 
 import numpy as np
 
-from skylimb.base.packing import Layout
+from skylimb.base.packing import Layout, flattened
 from skylimb.control.estimation.gates import FAULTS, angle_fault, pose_fault
 from skylimb.control.estimation.records import Measurement, zero_measurement
 from skylimb.control.supervisor.limits import Limits
@@ -29,7 +29,7 @@ def shaped(robot: Robot, measurement: Measurement, imu: bool = False) -> Measure
         return "no numbers"
     if [part.shape for part in parts] != list(sizes.shapes.values()):
         return "wrong size"
-    return sizes.unpack(np.hstack(parts))
+    return sizes.unpack(flattened(parts))
 
 
 @functools.lru_cache(maxsize=16)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from skylimb.base.packing import flattened
 from skylimb.base.signals import Signal
 from skylimb.control.missions.frame import contact_frame
 from skylimb.control.missions.mission import Mission
@@ -34,8 +35,7 @@ def reference_signals(reference: Reference) -> dict[str, Any]:
         for name, field in zip(_ENTRIES, _FIELDS, strict=True)
     }
     if reference.ahead:
-        rows = (np.ravel(entry) for later in reference.ahead for entry in later[:-1])
-        signals[_AHEAD] = np.concatenate([np.asarray(row, dtype=float) for row in rows])
+        signals[_AHEAD] = flattened(reference.entries[len(_FIELDS) :])
     return signals
 
 
