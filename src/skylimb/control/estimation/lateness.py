@@ -25,7 +25,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from skylimb.base.packing import chosen
-from skylimb.control.estimation.gates import over
 from skylimb.control.estimation.records import BodyState
 from skylimb.control.estimation.stamps import AHEAD
 from skylimb.symbolic import (
@@ -66,10 +65,6 @@ SAID, SAID_FITS, SAID_PLAIN = 0.0125, 0.9, 0.004
 `FITS` and `PLAIN` on the way to more latency. Stamps alone prove nothing: a clock that was set says the like
 of frames that are in time."""
 
-BORNE, SHOWN = 0.03, 0.0175
-"""Latency beyond the assumed one that a controller bears with its own gains, s: what bends turns a robot as
-late. By how much the stamps have to say that frames are late, in the mean, where gains suit it yet, s."""
-
 IN_TIME = 0.02
 """By how much at most the stamps say that frames are late where slow rotors are believed, s."""
 
@@ -99,7 +94,6 @@ class Lateness(NamedTuple):
         misfits: mean square of the rest, (rad/s^2)^2.
         late: how much later than assumed measurements are, s.
         slow: by how much more than assumed the rotors lag, s.
-        said: by how much later than assumed the stamps say that frames are, in the mean, s.
         touched: 1 once the tip was to touch.
         time: for which the means have been formed, and then for which it has been counted, s.
     """
@@ -112,7 +106,6 @@ class Lateness(NamedTuple):
     misfits: Array = np.zeros(len(BANK) + len(SLOW))
     late: Any = 0.0
     slow: Any = 0.0
-    said: Any = 0.0
     touched: Any = 0.0
     time: Any = 0.0
 
@@ -153,7 +146,7 @@ def stamped(state: Stamped, age: Any, good: Any, dt: float) -> tuple[Stamped, An
     found = Stamped(age, 0.0, least, said, low_pass(state.mean, said, _SMOOTH, dt))
     kept = chosen(known, found, state._replace(since=since))
     late = 0.0 * kept.mean
-    for each in (each for each in BANK if each > BORNE):
+    for each in BANK[2:]:  # a controller bears less
         late = where(kept.mean > each - SAID, each, late)
     return kept, late
 
@@ -208,9 +201,7 @@ def lateness(
     time = clip(state.time + where(warm > 0.5, fresh * dt, dt), 0.0, WARM + PATIENT + dt)
     squares = vector(*(dot(rest, rest) for rest in rests))
     misfits = low_pass(state.misfits, squares, _MEMORY * fresh, dt)
-    mean = where(within(said, -1.0, 1.0) > 0.5, low_pass(state.said, said, _SMOOTH, dt), state.said)
     found = state._replace(
-        said=mean,
         made=made,
         turned=turned,
         momentum=momentum,
@@ -225,16 +216,6 @@ def lateness(
     # With other rotors all is heard anew.
     late, time = where(other, 0.0, _late(found, said)), where(other, WARM, time)
     return found._replace(late=late, slow=slow, time=time)
-
-
-def suited(state: Lateness) -> Any:
-    """The latency beyond the assumed one that a controller's gains are to suit, s.
-
-    Args:
-        state: of this tick.
-    """
-    shown = over(state.said, SHOWN)
-    return where(over(state.late, BORNE) + shown > 0.5, state.late, 0.0)
 
 
 def _late(state: Lateness, said: Any) -> Any:

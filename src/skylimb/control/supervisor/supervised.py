@@ -9,7 +9,6 @@ from skylimb.base.packing import Layout
 from skylimb.base.split_function import Asked
 from skylimb.control.controller import TraceableController
 from skylimb.control.estimation.gates import BEYOND
-from skylimb.control.estimation.lateness import suited
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.missions.clock import limited_pace
 from skylimb.control.missions.reference import Reference
@@ -86,8 +85,8 @@ class Supervised:
         watch, sight = before(
             self.robot, self._limits, self._descents, state.watch, measurement, reference, dt
         )
-        named, late = Layout(gains), suited(watch.late)
-        gains = named.unpack(late_gains(named, named.pack(gains), late, watch.late.slow))
+        named = Layout(gains)
+        gains = named.unpack(late_gains(named, named.pack(gains), watch.late.late, watch.late.slow))
         new, wanted, signals = self._controller.step(gains, state.own, sight.measurement, sight.reference, dt)
         layout = Layout(state.own)
         made_state, old_state = layout.pack(new), layout.pack(state.own)
@@ -112,7 +111,7 @@ class Supervised:
                 MODE: watch.mode,
                 BITS: word_of(sight.bits),
                 SHARES: shares,
-                LATENESS: late,
+                LATENESS: watch.late.late,
                 SLOWNESS: watch.late.slow,
             },
         )
