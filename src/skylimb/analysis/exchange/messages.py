@@ -232,9 +232,12 @@ class MotorInfo:
         volts = volts or max(one.voltage for one in self.motors)
         top = max(one.max_thrust for one in self.motors)
         thrusts = [top * part / 330.0 for part in range(331)]
-        known = [2000.0 * duty for duty in self.duties(thrusts, volts)]
+
+        def known(thrust: float) -> float:
+            return 2000.0 * self.duties((thrust,), volts)[0]
+
         # The board cuts what is behind the point; a duty beyond them all may be any thrust.
-        return sum([*thrusts, math.inf][bisect_left(known, duty + 1)] for duty in duties)
+        return sum([*thrusts, math.inf][bisect_left(thrusts, duty + 1, key=known)] for duty in duties)
 
 
 @dataclass(frozen=True)

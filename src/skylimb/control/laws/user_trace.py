@@ -137,10 +137,7 @@ def _plain_values(made: Any, home: str, seen: set[int], before: str = "") -> Ite
             continue
         if isinstance(value, _PLAIN):
             yield f"{before}{name}", repr(value)
-        elif id(value) not in seen and home in (
-            getattr(value, "__module__", ""),
-            type(value).__module__,
-        ):
+        elif id(value) not in seen and home in (getattr(value, "__module__", ""), type(value).__module__):
             yield from _plain_values(value, home, seen, f"{before}{name}.")
 
 

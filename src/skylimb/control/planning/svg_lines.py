@@ -30,6 +30,8 @@ _FLATNESS = 1e-4
 """How far a straight piece may be from its curve, as a part of the drawing's larger side."""
 _LOOK = np.linspace(0.0, 1.0, 33)
 """Places on a curve at which its bend is looked at."""
+_CORNER = {"0", "0px", "0%", "left", "top"}
+"""Words for the place about which a transform turns anyhow."""
 _MOST_PIECES = 4096
 _MOST_CURVES = 5_000
 """Curves of a drawing at most: each is looked at from near."""
@@ -161,13 +163,7 @@ def _seen(element: Any, what: str) -> Iterator[Any]:
     if _number(element.values.get("opacity")) == 0.0:
         return
     own = element.values.get("attributes") or {}
-    if "transform" in own and set(own.get("transform-origin", "0").split()) - {
-        "0",
-        "0px",
-        "0%",
-        "left",
-        "top",
-    }:
+    if "transform" in own and not _CORNER.issuperset(own.get("transform-origin", "0").split()):
         raise ConfigError(
             f"{what} turns about a point that is given apart (transform-origin = "
             f"'{own['transform-origin'][:30]}'), which is not read; say it in the transform itself"
