@@ -88,7 +88,7 @@ def test_the_preset_is_stable_at_rest_and_flies_as_its_modes_say(
 
 def test_clocks_and_means_are_outside_of_the_loop(loop: ClosedLoop) -> None:
     inside = {name for name, member in zip(loop.names, loop.in_loop, strict=True) if member}
-    assert "controller.translation.integral" in inside
+    assert "controller.translation.press.integral" in inside
     assert "velocity joint2" in inside
     assert not [name for name in inside if name.startswith(("clock", "controller.estimation.tare"))]
     assert "controller.contact.machine.since" not in inside

@@ -18,6 +18,7 @@ from skylimb.control.estimation.records import Start, Wrench
 from skylimb.control.press import EASED, PLAIN, SATURATED, SEARCHING, UNLOADING, WAITING
 from skylimb.control.records import ArmTarget, LawInput
 from skylimb.control.translation.laws import following
+from skylimb.control.translation.tank import Pressed
 from skylimb.robots.description import GRAVITY
 
 DT, MASS = 0.005, 4.0
@@ -41,7 +42,7 @@ Make = Callable[..., LawInput]
 
 def step(at: LawInput, gains: Any = GAINS, state: Any = None) -> tuple[Any, np.ndarray, np.ndarray]:
     """State, force less weight, and target."""
-    state = following.State(0.0, GAINS.tank, np.zeros(2), np.zeros(3)) if state is None else state
+    state = pressing(0.0, GAINS.tank) if state is None else state
     state, force, signals = following.step(numeric(gains), state, at)
     assert list(signals) == [
         "cog_position_target", "contact_force_reference", "contact_force_target", "contact_force_integral",
@@ -54,11 +55,16 @@ def step(at: LawInput, gains: Any = GAINS, state: Any = None) -> tuple[Any, np.n
     return state, force - np.array([0.0, 0.0, MASS * GRAVITY]), signals["cog_position_target"]
 
 
+def pressing(integral: float, tank: float, carried: float = 0.0) -> following.State:
+    """A state of that press, at rest."""
+    return following.State(Pressed(integral, tank, carried), np.zeros(2), np.zeros(3))
+
+
 def test_it_begins_without_integral_and_with_a_full_tank(make_start: Callable[..., Start]) -> None:
     state = following.initial_state(
         following.Gains(GAINS.stiffness, GAINS.damping_ratio, tank=0.7), make_start()
     )
-    assert (state.integral, state.tank, state.rubbing.tolist()) == (0.0, 0.7, [0.0, 0.0])
+    assert (state.press, state.rubbing.tolist()) == ((0.0, 0.7, 0.0), [0.0, 0.0])
 
 
 def test_at_rest_with_the_wanted_force_it_pushes_with_that_force_and_carries_the_weight(
@@ -67,15 +73,15 @@ def test_at_rest_with_the_wanted_force_it_pushes_with_that_force_and_carries_the
     state, force, target = step(make_inputs(contact=ENGAGED, **CALM))
     np.testing.assert_allclose(force, X, atol=1e-12)
     np.testing.assert_allclose(target, np.zeros(3), atol=1e-12)
-    assert state.integral == 0.0
-    assert state.tank == pytest.approx(GAINS.tank)
+    assert state.press.integral == 0.0
+    assert state.press.tank == pytest.approx(GAINS.tank)
 
 
 def test_an_eased_contact_is_pressed_with_less_and_asks_for_less(make_inputs: Make) -> None:
     eased = ENGAGED._replace(normal_force=0.3, ease=0.3)
     state, force, _ = step(make_inputs(contact=eased, **{**CALM, "force": -0.3 * X}))
     np.testing.assert_allclose(force, 0.3 * X, atol=1e-12)
-    assert state.integral == pytest.approx(0.0, abs=1e-12)
+    assert state.press.integral == pytest.approx(0.0, abs=1e-12)
 
 
 def test_it_tells_which_force_is_commanded_and_what_it_presses_with(make_inputs: Make) -> None:
@@ -83,7 +89,7 @@ def test_it_tells_which_force_is_commanded_and_what_it_presses_with(make_inputs:
 
     def told(contact: Any, touch: float, tank: float = 0.5) -> list[float]:
         at = make_inputs(contact=contact, **{**CALM, "reference": {"tip_position": ARM, "touch": touch}})
-        state = following.State(2.0, tank, np.zeros(2), np.zeros(3))
+        state = pressing(2.0, tank)
         signals = following.step(numeric(GAINS), state, at)[2]
         return [float(signals[name]) for name in list(signals)[1:5]]
 
@@ -102,7 +108,7 @@ def test_it_is_saturated_where_nothing_else_is_the_reason(make_inputs: Make) -> 
     def reason(said: float = PLAIN, integral: float = 0.0, tank: float = 0.5, short: float = 0.0) -> float:
         view = ENGAGED._replace(reason=said)
         at = make_inputs(contact=view, **CALM)._replace(residual=Wrench(short * X, np.zeros(3)))
-        state = following.State(integral, tank, np.zeros(2), np.zeros(3))
+        state = pressing(integral, tank)
         return float(following.step(numeric(GAINS), state, at)[2]["press_reason"])
 
     assert reason() == PLAIN
@@ -294,11 +300,11 @@ def test_out_of_contact_the_tip_is_led_by_position(make_inputs: Make) -> None:
     at = make_inputs(
         contact=led, **{**CALM, "position": np.array([0.03, 0.0, 0.0]), "velocity": np.array([0.1, 0.0, 0.0])}
     )
-    state, force, _ = step(at, state=following.State(1.0, 0.1, np.zeros(2), np.zeros(3)))
+    state, force, _ = step(at, state=pressing(1.0, 0.1))
     damping = 2.0 * 0.8 * 5.0**0.5
     assert force[0] == pytest.approx(-MASS * (damping * (0.1 - 0.05) + 5.0 * (0.03 + 1.09 - 1.2)))
-    assert state.integral == 0.0
-    assert state.tank == GAINS.tank
+    assert state.press.integral == 0.0
+    assert state.press.tank == GAINS.tank
 
 
 def test_in_contact_a_soft_spring_holds_the_anchor(make_inputs: Make) -> None:
@@ -313,10 +319,10 @@ def test_the_damper_counts_the_motion_against_surface_and_arm(make_inputs: Make)
         commanded_arm=ArmTarget(1.09, 0.02),
         **{**CALM, "velocity": np.array([0.07, 0.0, 0.0])},
     )
-    state, force, _ = step(at, state=following.State(0.0, 0.2, np.zeros(2), np.zeros(3)))
+    state, force, _ = step(at, state=pressing(0.0, 0.2))
     relative = 0.07 - (0.05 - 0.02)
     assert force[0] == pytest.approx(1.0 - MASS * GAINS.press_damping * relative)
-    assert state.tank == pytest.approx(0.2 + MASS * GAINS.press_damping * relative**2 * DT)
+    assert state.press.tank == pytest.approx(0.2 + MASS * GAINS.press_damping * relative**2 * DT)
 
 
 def test_where_the_surface_has_gone_nothing_is_pressed_and_the_damper_is_firmer(make_inputs: Make) -> None:
@@ -324,7 +330,7 @@ def test_where_the_surface_has_gone_nothing_is_pressed_and_the_damper_is_firmer(
     at = make_inputs(contact=ENGAGED._replace(gone=1.0, normal_force=0.0), **moving)
     state, force, _ = step(at)
     assert force[0] == pytest.approx(-3.0 * MASS * GAINS.press_damping * 0.07)
-    assert state.integral == 0.0
+    assert state.press.integral == 0.0
 
 
 @pytest.mark.parametrize("ratio", [0.5, 1.0, 2.0])
@@ -341,14 +347,12 @@ def test_it_presses_as_if_it_had_another_mass(make_inputs: Make, ratio: float) -
 def test_a_missing_force_is_integrated_up_to_its_limit(make_inputs: Make, normal: float) -> None:
     at = make_inputs(contact=ENGAGED._replace(normal_force=normal), **CALM)
     state, force, _ = step(at)
-    assert state.integral == pytest.approx(GAINS.force_integral * (1.0 - normal) * DT)
-    assert force[0] == pytest.approx(1.0 + state.integral)
-    nearly = following.State(
-        np.sign(1.0 - normal) * (GAINS.force_integral_limit - 1e-4), 0.5, np.zeros(2), np.zeros(3)
-    )
+    assert state.press.integral == pytest.approx(GAINS.force_integral * (1.0 - normal) * DT)
+    assert force[0] == pytest.approx(1.0 + state.press.integral)
+    nearly = pressing(np.sign(1.0 - normal) * (GAINS.force_integral_limit - 1e-4), 0.5)
     state, force, _ = step(at, state=nearly)
-    assert state.integral == pytest.approx(np.sign(1.0 - normal) * GAINS.force_integral_limit)
-    assert force[0] == pytest.approx(1.0 + state.integral)
+    assert state.press.integral == pytest.approx(np.sign(1.0 - normal) * GAINS.force_integral_limit)
+    assert force[0] == pytest.approx(1.0 + state.press.integral)
 
 
 @pytest.mark.parametrize(
@@ -367,11 +371,11 @@ def test_an_empty_tank_lets_the_integral_fade_where_it_spends(
 ) -> None:
     gains = following.Gains(GAINS.stiffness, GAINS.damping_ratio, press_mass_ratio=1.0, press_damping=0.01)
     at = make_inputs(contact=ENGAGED, **{**CALM, "velocity": speed * X})
-    state, force, _ = step(at, gains, following.State(2.0, tank, np.zeros(2), np.zeros(3)))
+    state, force, _ = step(at, gains, pressing(2.0, tank))
     damper = MASS * 0.01 * speed
     assert force[0] == pytest.approx(1.0 + share * 2.0 - damper)
     filled = tank + (damper - share * 2.0) * speed * DT
-    assert state.tank == pytest.approx(min(max(filled, 0.0), GAINS.tank))
+    assert state.press.tank == pytest.approx(min(max(filled, 0.0), GAINS.tank))
 
 
 @given(
@@ -382,7 +386,7 @@ def test_the_integral_gives_no_more_than_tank_and_damper_put_in(
     make_inputs: Make, motion: list[tuple[float, float]], tank: float
 ) -> None:
     """Work of the integral on the motion <= tank at first + what the damper dissipated + a tick's worth."""
-    state = following.State(3.0, tank, np.zeros(2), np.zeros(3))
+    state = pressing(3.0, tank)
     spent = dissipated = 0.0
     for speed, normal in motion:
         view = ENGAGED._replace(normal_force=normal)
@@ -397,3 +401,26 @@ def test_the_integral_gives_no_more_than_tank_and_damper_put_in(
         dissipated += damper * speed * DT
     slack = GAINS.force_integral_limit * 0.3 * DT
     assert spent <= tank + dissipated + slack + 1e-9
+
+
+def test_what_a_stroke_came_to_is_carried_to_the_next_and_comes_with_its_press(make_inputs: Make) -> None:
+    view = ENGAGED._replace(normal_force=1.0, ramp=1.0)
+    along = {name: make_inputs(contact=contact, **CALM) for name, contact in {
+        "ends": view._replace(reason=UNLOADING, normal_force=0.4),
+        "lifted": IN_THE_AIR,
+        "lands": view._replace(ramp=0.3),
+        "slides": view,
+    }.items()}  # fmt: skip
+    state, found = pressing(-0.2, GAINS.tank), {}
+    for name, at in along.items():
+        state, _, signals = following.step(numeric(GAINS), state, at)
+        found[name] = float(signals["contact_force_integral"])
+        # While the press goes, what is felt says nothing of how hard to press.
+        assert state.press == pytest.approx((0.0, GAINS.tank, -0.2))
+    assert found == pytest.approx({"ends": -0.2, "lifted": 0.0, "lands": -0.06, "slides": -0.2})
+
+
+def test_what_is_carried_and_what_is_learnt_stay_within_one_limit(make_inputs: Make) -> None:
+    at = make_inputs(contact=ENGAGED._replace(normal_force=-1e6), **CALM)
+    state, _, _ = step(at, state=pressing(0.0, GAINS.tank, 0.4 * GAINS.force_integral_limit))
+    assert state.press.integral == pytest.approx(0.6 * GAINS.force_integral_limit)

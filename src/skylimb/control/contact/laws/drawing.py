@@ -2,9 +2,10 @@
 
 Pressing tilts the robot, and a tilt moves the pen: 1 N of force is 20 mrad of hydrus_xi_quad, and 15 mm at
 its tip. A press that comes or goes at once draws that as a tail. So it comes over `load_time` after a touch,
-and most of it goes before the pen leaves: at the end of a stroke, which the mission shows `AHEAD`, the path
-rests for `unload_time` while the press goes down to a share `unload_to`. Then the pen leaves, and that share
-goes over `leave_time`. It goes back from where it is, by `hop` at least: the mission's way out begins at the
+and it goes before the pen leaves: at the end of a stroke, which the mission shows `AHEAD`, the path rests for
+`unload_time` while the press goes down to a share `unload_to`. That may be a pull: the force follows its ramp
+some 0.25 s late, and a pull has the pen off when the path goes on. Then the pen leaves, and what is left of
+that share goes over `leave_time`. It goes back from where it is, by `hop` at least: the mission's way out begins at the
 nominal surface, which may lie behind the real one.
 
 What surface and friction are expected to push with across the contact axis goes to the laws after this one
@@ -79,7 +80,8 @@ class Gains(following.Gains):
         ),
     ] = 0.8
     unload_to: Annotated[
-        float, Key("", "share of the press that is left when the pen leaves", above=0.0, high=1.0)
+        float,
+        Key("", "share of the press that is left when the pen leaves; below 0 it pulls", low=-1.0, high=1.0),
     ] = 0.35
     leave_time: Annotated[
         float, Key("s", "time in which that share goes as the pen leaves", above=0.0, high=60.0)
@@ -153,6 +155,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     off = ends * (1.0 - engaged) * where(state.ending > 0.0, 1.0, 0.0)
     ending = where(off > 0.5, 1.0, ending)
     ease = ease * (1.0 - (1.0 - gains.unload_to) * ending)
+    pressed = clip(ease, 0.0, 1.0)
     # The way back begins where the pen is when the press has gone.
     here = dot(a, estimate.body.position + estimate.arm)
     left = where(engaged > 0.5, here, state.left)
@@ -179,13 +182,13 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     loads = view.engaged * where(loaded < 1.0, 1.0, 0.0) * where(view.reason == EASED, 0.0, 1.0)
     reason = where(loads > 0.5, LOADING, view.reason)
     reason = where(where(ending > 0.0, 1.0, leaving) > 0.5, UNLOADING, reason)
-    view = view._replace(ramp=ease, reason=reason)
+    view = view._replace(ramp=pressed, reason=reason)
     view = view._replace(engaged=engaged, ease=view.ease * ease, axis_position=place, axis_velocity=velocity)
 
     path = _way(gains, inputs, view.engaged)
     seen = vector(dot(u, estimate.wrench.force), dot(v, estimate.wrench.force))
     # Friction grows with the force: where the path says that, it is learnt for each newton.
-    share = view.ease * engaged * wanted_force(reference.force, 1.0)
+    share = max(view.ease, 0.0) * engaged * wanted_force(reference.force, 1.0)
     whole = where(reference.force > 0.0, 1.0, inputs.force)
     slope, covariance = inner.surface.estimate, inner.surface.covariance
     climbed = Climbed(whole * slope[1:3], vector(covariance[1, 1], covariance[2, 2]), own)

@@ -46,7 +46,7 @@ from skylimb.control.translation.rubbing import (
     made_up,
     upright,
 )
-from skylimb.control.translation.tank import gone, regulated
+from skylimb.control.translation.tank import Pressed, gone, regulated
 from skylimb.symbolic import Array, clip, cross, dot, low_pass, max, where
 
 REQUIRES = (
@@ -197,15 +197,13 @@ class State(NamedTuple):
     """What the law remembers.
 
     Attributes:
-        integral: of the force error, N.
-        tank: energy in the tank, J.
+        press: what the press remembers.
         rubbing: low-passed force in the sliding plane, N, (2,).
         swing: low-passed velocity of the pen about the centre of gravity, W, m/s, (3,).
         hung: low-passed way by which the tilt has moved a pen that hangs, W, m, (3,).
     """
 
-    integral: Any
-    tank: Any
+    press: Pressed
     rubbing: Array
     swing: Array
     hung: Array = np.zeros(3)
@@ -218,7 +216,7 @@ def needs(gains: Gains) -> Needs:
 
 def initial_state(gains: Gains, start: Start) -> State:
     """No integral, a full tank."""
-    return State(0.0, gains.tank, np.zeros(2), np.zeros(3))
+    return State(Pressed(0.0, gains.tank, 0.0), np.zeros(2), np.zeros(3))
 
 
 def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Signals]:
@@ -267,7 +265,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
     # The body follows what the surface does less what the arm makes up.
     relative = speed - (contact.surface_velocity - inputs.arm.rate)
     held = m * gains.press_damping * (1.0 + BRAKE * gone(inputs)) * relative
-    push, integral, tank, pressing = regulated(gains, state, inputs, relative, held)
+    push, press, pressing = regulated(gains, state, inputs, relative, held)
     anchored = -m * gains.press_stiffness * (dot(a, body.position) - contact.anchor)
     pressed = push + anchored
     engaged = contact.engaged > 0.5
@@ -278,7 +276,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, Array, Sign
         a * (pressing["contact_force_integral"] / m),
     )
     signals = {"cog_position_target": target, **pressing, **terms}
-    return State(integral, tank, rubbing, swing, hanging.slow), total, signals
+    return State(press, rubbing, swing, hanging.slow), total, signals
 
 
 def cog_target(gains: Any, inputs: LawInput, arm: Array) -> Array:
