@@ -66,22 +66,22 @@ def test_the_press_comes_and_goes_over_time(runs: dict[str, Run]) -> None:
     np.testing.assert_allclose(target[begin + round(0.5 / dt)], 0.65, atol=0.05)
     np.testing.assert_allclose(target[begin + round(1.1 / dt)], 1.0, atol=0.05)
     (leave, *_) = np.flatnonzero((state[1:] == RETREAT) & (state[:-1] != RETREAT)) + 1
-    # The path rests at the end of the stroke, and the press becomes a slight pull.
+    # The path rests at the end of the stroke, and the press goes down to its share, told ahead of that.
     resting = slice(leave - round(0.9 / dt), leave - round(0.15 / dt))
     assert np.all(pace[resting] == 0.0)
     assert np.all(np.diff(target[resting]) <= 1e-9)
-    assert target[leave] == pytest.approx(-0.2, abs=0.03)
+    assert target[leave] == pytest.approx(0.02 - 0.15, abs=0.03)
     # All of that is commanded, and told as such.
     reason = log.press_reason.values
     assert reason[begin + round(0.5 / dt)] == LOADING
     assert np.all(reason[resting] == UNLOADING)
-    np.testing.assert_allclose(log.contact_force_reference.values[resting], target[resting].clip(0.0), atol=1e-9)
+    np.testing.assert_allclose(log.contact_force_reference.values[resting], target[resting] + 0.15, atol=1e-9)
     assert np.all(target[leave + round(0.15 / dt) : leave + round(1.0 / dt)] == 0.0)
 
 
 def test_it_lifts_without_tails(runs: dict[str, Run]) -> None:
     scores = runs["drawing"].metrics
-    assert scores["lift_touch_time"] < 0.03 * scores["lift_time"]
+    assert scores["lift_touch_time"] < 0.04 * scores["lift_time"]
     assert scores["pen_line_max"] < 0.008
 
 

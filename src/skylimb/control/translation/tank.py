@@ -62,7 +62,9 @@ def regulated(
     axis_residual = dot(inputs.reference.contact_axis, (inputs.residual or NOTHING).force)
     grown = unless_short(gains.force_integral * missing * dt, axis_residual)
     limit = gains.force_integral_limit
-    integral = clip(before.integral + grown * (1.0 - unloads), -limit - before.carried, limit - before.carried)
+    integral = clip(
+        before.integral + grown * (1.0 - unloads), -limit - before.carried, limit - before.carried
+    )
     borne = integral + before.carried * ramp
     power = borne * relative
     # The work that the integral takes back always fills the tank; what it spends needs energy in it.

@@ -3,10 +3,10 @@
 Pressing tilts the robot, and a tilt moves the pen: 1 N of force is 20 mrad of hydrus_xi_quad, and 15 mm at
 its tip. A press that comes or goes at once draws that as a tail. So it comes over `load_time` after a touch,
 and it goes before the pen leaves: at the end of a stroke, which the mission shows `AHEAD`, the path rests for
-`unload_time` while the press goes down to a share `unload_to`. That may be a pull: the force follows its ramp
-some 0.25 s late, and a pull has the pen off when the path goes on. Then the pen leaves, and what is left of
-that share goes over `leave_time`. It goes back from where it is, by `hop` at least: the mission's way out begins at the
-nominal surface, which may lie behind the real one.
+`unload_time` while the press goes down to a share `unload_to`. The force follows that ramp late, so what the
+rotors are told is `unload_lead` ahead of it. Then the pen leaves, and that share goes over `leave_time`. It
+goes back from where it is, by `hop` at least: the mission's way out begins at the nominal surface, which may
+lie behind the real one.
 
 What surface and friction are expected to push with across the contact axis goes to the laws after this one
 (`ContactView.across`), so that force and torque are there when the path turns, not when the observer has seen
@@ -80,9 +80,11 @@ class Gains(following.Gains):
         ),
     ] = 0.8
     unload_to: Annotated[
-        float,
-        Key("", "share of the press that is left when the pen leaves; below 0 it pulls", low=-1.0, high=1.0),
+        float, Key("", "share of the press that is left when the pen leaves", above=0.0, high=1.0)
     ] = 0.35
+    unload_lead: Annotated[
+        float, Key("s", "by which the press goes ahead of that, as the force comes late", low=0.0, high=1.0)
+    ] = 0.0
     leave_time: Annotated[
         float, Key("s", "time in which that share goes as the pen leaves", above=0.0, high=60.0)
     ] = 0.3
@@ -150,12 +152,11 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     # Who steers by hand has nothing ahead: then the press goes as the pen leaves.
     soon = reference.ahead[0] if reference.ahead else reference
     ends = where(soon.touch < 0.5, 1.0, 0.0) * where(reference.touch > 0.5, 1.0, 0.0)
-    ending = clip(state.ending + ends * inputs.dt / gains.unload_time, 0.0, 1.0) * engaged
-    # A pen that comes off while its press goes has ended its stroke: it does not land once more for the rest.
-    off = ends * (1.0 - engaged) * where(state.ending > 0.0, 1.0, 0.0)
-    ending = where(off > 0.5, 1.0, ending)
+    ending, off = _ending(gains, state, inputs.dt, ends, engaged)
     ease = ease * (1.0 - (1.0 - gains.unload_to) * ending)
-    pressed = clip(ease, 0.0, 1.0)
+    # What is asked for, and what the rotors are told: the force comes late.
+    ramp = ease
+    ease = ease - where(ending > 0.0, gains.unload_lead / gains.unload_time, 0.0)
     # The way back begins where the pen is when the press has gone.
     here = dot(a, estimate.body.position + estimate.arm)
     left = where(engaged > 0.5, here, state.left)
@@ -182,7 +183,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     loads = view.engaged * where(loaded < 1.0, 1.0, 0.0) * where(view.reason == EASED, 0.0, 1.0)
     reason = where(loads > 0.5, LOADING, view.reason)
     reason = where(where(ending > 0.0, 1.0, leaving) > 0.5, UNLOADING, reason)
-    view = view._replace(ramp=pressed, reason=reason)
+    view = view._replace(ramp=ramp, reason=reason)
     view = view._replace(engaged=engaged, ease=view.ease * ease, axis_position=place, axis_velocity=velocity)
 
     path = _way(gains, inputs, view.engaged)
@@ -219,6 +220,16 @@ def _hurries(gains: Any, inner: following.State, inputs: LawInput, soon: Referen
     out = clear * where(soon.touch < 0.5, 1.0, 0.0)
     back = where(inputs.reference.touch > 0.5, 1.0, 0.0) * where(soon.wait < 0.5, 1.0, 0.0)
     return resting * max(out, back)
+
+
+def _ending(gains: Any, state: State, dt: float, ends: Any, engaged: Any) -> tuple[Any, Any]:
+    """How much of the rest at the end of a stroke has gone by, and 1 where the pen came off before that.
+
+    Such a pen has ended its stroke: it does not land once more for the rest.
+    """
+    ending = clip(state.ending + ends * dt / gains.unload_time, 0.0, 1.0) * engaged
+    off = ends * (1.0 - engaged) * where(state.ending > 0.0, 1.0, 0.0)
+    return where(off > 0.5, 1.0, ending), off
 
 
 def _in_time(gains: Any, reference: Reference, own: Any) -> Any:
