@@ -1,7 +1,7 @@
 """A simulator of one's own, with a loop like Gazebo's: forces onto links and joints, a step, poses read back.
 
 The engine here is MuJoCo, as every installation has it, but used as a stranger would: its own servos, rotors
-and contact pair are left out, it is told forces alone. Any engine that can do the same flies like this.
+and contact pair are left out, it gets forces alone. Any engine that can do the same flies like this.
 """
 
 import mujoco

@@ -124,7 +124,7 @@ def test_a_pace_that_was_spoilt_is_a_number_at_the_next_tick(spoilt: float) -> N
     step = controller_step(cascade("following"), 0.005)
     layout, state = step.inputs.state, step.state.copy()
     state[layout.slices["pace"]] = spoilt
-    state[layout.slices["watch.told.late"]] = 1.0  # the controller is not asked, so that the old pace stays
+    state[layout.slices["watch.flags.late"]] = 1.0  # the controller is not asked, so that the old pace stays
     needs = Needs(vectoring="contact")
     given = shaken_hover(skylimb.load_robot("hydrus_xi_quad"), np.random.default_rng(0), needs)
     packed = step.inputs.measurement.pack(given[0]), step.inputs.reference.pack(given[1])

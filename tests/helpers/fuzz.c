@@ -33,7 +33,7 @@ static void spoil(double* values, int count, double share) {
 }
 
 int main(int argc, char** argv) {
-  double state[SKYLIMB_STATE_SIZE], told[SKYLIMB_TOLD_SIZE], measurement[SKYLIMB_MEASUREMENT_SIZE];
+  double state[SKYLIMB_STATE_SIZE], flags[SKYLIMB_FLAGS_SIZE], measurement[SKYLIMB_MEASUREMENT_SIZE];
   double reference[SKYLIMB_REFERENCE_SIZE], gains[SKYLIMB_GAINS_SIZE];
   double command[SKYLIMB_COMMAND_SIZE], signals[SKYLIMB_SIGNALS_SIZE];
   long ticks = argc > 1 ? atol(argv[1]) : 1000, modes[8] = {0};
@@ -47,17 +47,17 @@ int main(int argc, char** argv) {
       skylimb_reset(state);
       share = uniform() < 0.3 ? 0.0 : pow(10.0, -4.0 * uniform());
     }
-    memcpy(told, skylimb_all_well, sizeof told);
+    memcpy(flags, skylimb_all_well, sizeof flags);
     memcpy(measurement, test_measurement[row], sizeof measurement);
     memcpy(reference, test_reference[row], sizeof reference);
     memcpy(gains, skylimb_preset_gains, sizeof gains);
     spoil(measurement, SKYLIMB_MEASUREMENT_SIZE, share);
     spoil(reference, SKYLIMB_REFERENCE_SIZE, 0.3 * share);
     spoil(gains, SKYLIMB_GAINS_SIZE, 0.1 * share);
-    spoil(told, SKYLIMB_TOLD_SIZE, 0.1 * share);
+    spoil(flags, SKYLIMB_FLAGS_SIZE, 0.1 * share);
     if (uniform() < 1e-3 * share) spoil(state, SKYLIMB_STATE_SIZE, share); /* memory that somebody wrote into */
     for (int i = 0; i < SKYLIMB_COMMAND_SIZE; i++) command[i] = NAN;
-    status = skylimb_controller_step(state, told, measurement, reference, gains, command, signals);
+    status = skylimb_controller_step(state, flags, measurement, reference, gains, command, signals);
     modes[SKYLIMB_MODE(status) & 7]++;
 #ifdef SKYLIMB_SIGNALS_PACE
     if (!(signals[SKYLIMB_SIGNALS_PACE] >= 0.0 && signals[SKYLIMB_SIGNALS_PACE] <= 100.0)) {

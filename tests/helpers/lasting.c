@@ -10,7 +10,7 @@
 #include "controller.h"
 #include "test_vector.h"
 
-enum { POSE, JOINTS, LATE, LAND, STOP }; /* as in `told` */
+enum { POSE, JOINTS, LATE, LAND, STOP }; /* as in `flags` */
 enum { FAULTS = 6, LONGEST = 250 };
 
 static const struct {
@@ -31,27 +31,27 @@ static int chance(double share) { return (double)(drawn() >> 11) / 9007199254740
 
 static double about(double size) { return size * ((double)(drawn() >> 11) / 4503599627370496.0 - 1.0); }
 
-static void history(double* told, double* measurement, double* step) {
+static void history(double* flags, double* measurement, double* step) {
   if (chance(0.02)) *step += about(chance(0.3) ? 2.0 : 0.1); /* the clock of the stamps is set */
-  if (chance(0.1)) told[POSE] = 0.0;
-  if (chance(0.1)) told[JOINTS] = 0.0;
-  if (chance(0.1)) told[LATE] = 1.0;
-  if (chance(0.0005)) told[LAND] = 1.0;
+  if (chance(0.1)) flags[POSE] = 0.0;
+  if (chance(0.1)) flags[JOINTS] = 0.0;
+  if (chance(0.1)) flags[LATE] = 1.0;
+  if (chance(0.0005)) flags[LAND] = 1.0;
   if (chance(0.05)) measurement[drawn() % SKYLIMB_MEASUREMENT_VELOCITY] += about(0.5);
   if (chance(0.02)) measurement[drawn() % SKYLIMB_MEASUREMENT_SIZE] = NAN;
 }
 
-static void lasting(int fault, double* told, double* measurement) {
-  if (fault == 0) told[STOP] = 1.0;
-  if (fault == 1) told[LAND] = 1.0;
+static void lasting(int fault, double* flags, double* measurement) {
+  if (fault == 0) flags[STOP] = 1.0;
+  if (fault == 1) flags[LAND] = 1.0;
   if (fault == 2) measurement[SKYLIMB_MEASUREMENT_QUATERNION] = NAN;
-  if (fault == 3) told[POSE] = 0.0;
+  if (fault == 3) flags[POSE] = 0.0;
   if (fault == 4) measurement[SKYLIMB_MEASUREMENT_JOINT_ANGLES] = NAN;
-  if (fault == 5) told[LATE] = 1.0;
+  if (fault == 5) flags[LATE] = 1.0;
 }
 
 int main(int argc, char** argv) {
-  double state[SKYLIMB_STATE_SIZE], told[SKYLIMB_TOLD_SIZE], measurement[SKYLIMB_MEASUREMENT_SIZE];
+  double state[SKYLIMB_STATE_SIZE], flags[SKYLIMB_FLAGS_SIZE], measurement[SKYLIMB_MEASUREMENT_SIZE];
   double command[SKYLIMB_COMMAND_SIZE], signals[SKYLIMB_SIGNALS_SIZE];
   long flights = argc > 1 ? atol(argv[1]) : 100, modes[8] = {0};
   seed = argc > 2 ? (uint64_t)atol(argv[2]) * 2654435761u + 1 : 1;
@@ -62,15 +62,15 @@ int main(int argc, char** argv) {
     skylimb_reset(state);
     for (int k = 0; k < onset + LONGEST; k++) {
       int row = k / 2 % TEST_TICKS;
-      memcpy(told, skylimb_all_well, sizeof told);
+      memcpy(flags, skylimb_all_well, sizeof flags);
       memcpy(measurement, test_measurement[row], sizeof measurement);
       if (k < onset)
-        history(told, measurement, &step);
+        history(flags, measurement, &step);
       else
-        lasting(fault, told, measurement);
+        lasting(fault, flags, measurement);
       measurement[SKYLIMB_MEASUREMENT_CAPTURE_AGE] += step;
       for (int i = 0; i < SKYLIMB_COMMAND_SIZE; i++) command[i] = NAN;
-      mode = (unsigned)SKYLIMB_MODE(skylimb_controller_step(state, told, measurement, test_reference[row],
+      mode = (unsigned)SKYLIMB_MODE(skylimb_controller_step(state, flags, measurement, test_reference[row],
                                                             skylimb_preset_gains, command, signals)) & 7u;
       for (int i = 0; i < SKYLIMB_COMMAND_SIZE; i++)
         if (!(command[i] >= skylimb_least_command[i] && command[i] <= skylimb_greatest_command[i] && isfinite(command[i]))) {

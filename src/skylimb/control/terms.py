@@ -1,7 +1,7 @@
 """What a law adds up, as proportional, integral and derivative accelerations: for people to tune by.
 
 A translation law says its own in W, m/s^2, an attitude law in C, rad/s^2, among its signals. They are shown
-where a robot is flown, and recorded nowhere else: a cascade leaves them out unless it is told to tell them.
+where a robot is flown, and recorded nowhere else: a cascade leaves them out unless it is asked for them.
 """
 
 from __future__ import annotations

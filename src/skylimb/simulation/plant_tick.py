@@ -118,7 +118,7 @@ def drive_plant(
 ) -> Drive:
     """Send a command to the plant.
 
-    A rotor that gives another thrust than it is told has another thrust factor: its speed stays, and its drag
+    A rotor that gives another thrust than commanded has another thrust factor: its speed stays, and its drag
     torque goes with its thrust.
 
     Args:

@@ -180,7 +180,7 @@ def _trace(
     if isinstance(traced, Supervised):
         # What came decides whether a pose is new, whatever its stamp says.
         fresh = where(sensor_state.age < last_age + 0.5 * dt, 1.0, 0.0)
-        before = traced.told(controller_state, known.late, fresh)
+        before = traced.flagged(controller_state, known.late, fresh)
     controller_state, command, inner = traced.step(gain_layout.unpack(p), before, measurement, reference, dt)
     scales = known.thrust_scales
     limits = controller.robot.description

@@ -81,7 +81,7 @@ class Beginning:
 
 
 class UserPlant(Protocol):
-    """Any simulator: it begins where it is told, and is then stepped."""
+    """Any simulator: it begins where it is asked to, and is then stepped."""
 
     def start(self, beginning: Beginning) -> Mapping[str, Any]:
         """Put the robot at its beginning, at rest; the truth there, by name."""
@@ -100,7 +100,7 @@ class UserPlant(Protocol):
 
 
 def require_own(plant: Plant, own: UserPlant) -> None:
-    """Raise a `ConfigError` for what is no plant, or is asked for more than such a plant is told."""
+    """Raise a `ConfigError` for what is no plant, or is asked for more than such a plant gets."""
     missing = [name for name in ("start", "step") if not callable(getattr(own, name, None))]
     if missing or isinstance(own, type):
         what = f"has no {' and no '.join(missing)}" if missing else "is a class, not one of its objects"

@@ -37,8 +37,8 @@ def test_what_is_taken_off_is_what_the_flight_controller_adds() -> None:
     axes, rates = Desire(0.1, -0.2, 0.4), np.array([0.3, -0.5, 0.2])
     R = np.asarray(rotation_from_rpy(0.15, -0.1, 2.0))
     w, x, y, z = quaternion_from_rotation(R).tolist()
-    board = Spinal(4).told(gains, 0.0).told(axes, 0.0)._replace(armed=True)
-    board = board.told(FourAxes((0.0, 0.0, 0.0), (10.0,) * 4), 0.0)
+    board = Spinal(4).received(gains, 0.0).received(axes, 0.0)._replace(armed=True)
+    board = board.received(FourAxes((0.0, 0.0, 0.0), (10.0,) * 4), 0.0)
     _, thrusts = attitude_loop(board, R, rates, 0.0, 0.001, (np.full(4, -99.0), np.full(4, 99.0)))
     found = added(gains, axes, Imu(0.0, (0.3, -0.5, 0.2), quaternion_xyzw=(x, y, z, w)))
     assert np.abs(found).max() > 0.3

@@ -70,7 +70,7 @@ def test_a_branch_is_come_back_to_also_over_a_new_take_off(session):
     second = flown(session)
     session.restart()
     session.advance(20)
-    told = session.branches.told()["branches"]
+    told = session.branches.sent()["branches"]
     assert [(way["number"], way["parent"], way["since"], way["until"]) for way in told] == [
         (0, 0, 0.0, 0.75),
         (1, 0, 0.3, 0.45),

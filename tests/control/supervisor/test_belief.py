@@ -13,7 +13,7 @@ from skylimb.control.missions.reference import zero_reference
 from skylimb.control.records import Command
 from skylimb.control.supervisor.halves import Halves
 from skylimb.control.supervisor.limits import Limits
-from skylimb.control.supervisor.records import Told
+from skylimb.control.supervisor.records import Flags
 from skylimb.control.supervisor.table import TABLE
 
 DT, WARM = 0.005, 200
@@ -52,7 +52,7 @@ class Hover:
             if self.imu:
                 said = Imu(self.rng.standard_normal(3), self.rng.standard_normal(3))
                 self.seen = self.seen._replace(imu=said)
-            self.halves.look(Told(pose=float(new), land=float(land)), self.seen, self.reference)
+            self.halves.look(Flags(pose=float(new), land=float(land)), self.seen, self.reference)
             self.halves.act(HOVER)
             found.append(self.halves.mode)
         return found
@@ -106,7 +106,7 @@ def test_a_capture_that_turns_is_believed_by_and_by_but_no_tilt_that_nobody_saw(
     q[axis] = np.sin(0.5 * angle)
     modes = []
     for _ in range(round(1.5 / DT)):
-        hover.halves.look(Told(), hover.frame()._replace(quaternion=q), hover.reference)
+        hover.halves.look(Flags(), hover.frame()._replace(quaternion=q), hover.reference)
         hover.halves.act(HOVER)
         modes.append(hover.halves.mode)
     names = [list(TABLE.modes)[int(mode)] for mode in dict.fromkeys(modes)]
@@ -128,7 +128,9 @@ def test_a_descent_has_the_time_that_its_height_needs(height: float) -> None:
             imu = Imu(rng.standard_normal(3), rng.standard_normal(3))
         place = np.array([0.0, 0.0, height])
         halves.look(
-            Told(), hover.frame()._replace(imu=imu, position=place + 1e-4 * rng.standard_normal(3)), reference
+            Flags(),
+            hover.frame()._replace(imu=imu, position=place + 1e-4 * rng.standard_normal(3)),
+            reference,
         )
         halves.act(HOVER)
         modes.append(list(TABLE.modes)[int(halves.mode)])
@@ -144,9 +146,9 @@ def test_a_descent_has_the_time_that_its_height_needs(height: float) -> None:
 def test_what_is_told_and_is_no_number_is_the_worse_of_both(name: str, ends: str, odd: float) -> None:
     hover = Hover()
     hover.modes(every(2))
-    told = Told()._replace(**{name: odd})
+    flags = Flags()._replace(**{name: odd})
     for _ in range(round(1.2 / DT)):
-        hover.halves.look(told, hover.frame(), hover.reference)
+        hover.halves.look(flags, hover.frame(), hover.reference)
         hover.halves.act(HOVER if name != "late" else None)
     assert list(TABLE.modes)[int(hover.halves.mode)] == ends
 
@@ -174,7 +176,7 @@ def test_a_robot_that_is_seen_to_have_tipped_over_stops(axis: int) -> None:
         frame = hover.frame()
         rates = frame.angular_velocity + np.eye(3)[axis - 1] * 0.04 / DT
         seen = frame._replace(quaternion=q, angular_velocity=rates)
-        hover.halves.look(Told(), seen, hover.reference)
+        hover.halves.look(Flags(), seen, hover.reference)
         hover.halves.act(HOVER)
         modes.append(hover.halves.mode)
     assert modes == [NORMAL if axis == 3 or angle < Limits().upset_at else cut for angle in lean]
@@ -206,14 +208,14 @@ def test_a_memory_of_zeros_commands_no_more_than_the_controller() -> None:
     """As that of exported C that nobody has reset: no rotor is believed to have lost all of its thrust."""
     hover = Hover()
     hover.halves._state[:] = 0.0
-    hover.halves.look(Told(), hover.frame(), hover.reference)
+    hover.halves.look(Flags(), hover.frame(), hover.reference)
     np.testing.assert_array_equal(hover.halves.act(HOVER)[0].thrusts, HOVER.thrusts)
 
 
 def test_bits_are_one_or_zero_whatever_the_memory_holds() -> None:
     hover = Hover()
     hover.halves._state[:] = 17.3
-    hover.halves.look(Told(), hover.frame(), hover.reference)
+    hover.halves.look(Flags(), hover.frame(), hover.reference)
     assert set(hover.halves.sight.bits) <= {0.0, 1.0}
 
 
@@ -228,7 +230,7 @@ def test_a_robot_that_descends_is_as_level_as_before_whatever_its_vectoring_angl
         noise = 1e-3 * rng.standard_normal((3, 3))
         place, level = np.array([0.0, 0.0, 1.0]) + noise[0], np.array([1.0, 0.0, 0.0, 0.0])
         seen = Measurement(place, level, noise[1], noise[2], q, psi, capture_age=0.01)
-        found.append(halves.look(Told(pose=1.0), seen, reference).body.R_WC[2, 2])
+        found.append(halves.look(Flags(pose=1.0), seen, reference).body.R_WC[2, 2])
         halves.act(Command(np.full(4, ROBOT.weight / 4.0), q, psi))
     assert halves.mode == list(TABLE.modes).index("DESCEND")
     assert np.arccos(found).max() < 0.15

@@ -22,7 +22,7 @@ from skylimb.control.missions.reference import zero_reference
 from skylimb.control.records import Command
 from skylimb.control.supervisor.halves import Halves
 from skylimb.control.supervisor.limits import Limits
-from skylimb.control.supervisor.records import Told, initial_watch
+from skylimb.control.supervisor.records import Flags, initial_watch
 from skylimb.control.supervisor.table import TABLE
 
 DT = 0.005
@@ -34,7 +34,7 @@ NORMAL, COAST, RETREAT, DESCEND, CUT = range(len(TABLE.modes))
 MEMORY = Layout(initial_watch(ROBOT, True))
 WILD = st.sampled_from([np.nan, np.inf, -np.inf, 1e300, -1e12, 5e-324, 0.0])
 
-# A fault that lasts: what is told of it, the mode that it ends in at least, and within which time, s.
+# A fault that lasts: what is flags of it, the mode that it ends in at least, and within which time, s.
 LASTING: dict[str, tuple[dict[str, Any], int, float]] = {
     "no pose": ({"pose": 0.0}, CUT, LIMITS.cut_after + LIMITS.imu_for),
     "no joint angles": ({"joints": 0.0}, RETREAT, LIMITS.retreat_after),
@@ -75,10 +75,10 @@ class Flight(RuleBasedStateMachine):
         )
         return seen._replace(**changes)
 
-    def tick(self, measured: Measurement | None, wanted: Command | None, told: Told | None = None) -> None:
+    def tick(self, measured: Measurement | None, wanted: Command | None, flags: Flags | None = None) -> None:
         """One tick, and what has to hold after every one."""
         before = self.mode
-        self.halves.look(told or Told(), measured, self.reference)
+        self.halves.look(flags or Flags(), measured, self.reference)
         self.mode = self.halves.mode
         self.command, _ = self.halves.act(wanted)
         assert self.mode in range(len(TABLE.modes))
@@ -112,13 +112,13 @@ class Flight(RuleBasedStateMachine):
 
     @rule(
         ticks=st.integers(1, 30),
-        told=st.tuples(*(st.sampled_from([0.0, 1.0, np.nan]),) * 3),
+        flags=st.tuples(*(st.sampled_from([0.0, 1.0, np.nan]),) * 3),
         value=st.sampled_from([5.0, 1e3, -1e3]),
     )
-    def is_told_odd_things(self, ticks: int, told: tuple[float, ...], value: float) -> None:
+    def is_told_odd_things(self, ticks: int, flags: tuple[float, ...], value: float) -> None:
         """Poses and angles are new or not, ticks late or not, thrusts wanted that no rotor gives."""
         for _ in range(ticks):
-            self.tick(self.measured(), self.wanted(value), Told(*told))
+            self.tick(self.measured(), self.wanted(value), Flags(*flags))
 
     @rule(ticks=st.integers(1, 30), place=st.integers(0, 30), wild=WILD)
     def measures_wildly(self, ticks: int, place: int, wild: float) -> None:
@@ -162,14 +162,14 @@ class Flight(RuleBasedStateMachine):
     def teardown(self) -> None:
         """A fault that lasts has its end, whatever came before it."""
         if self.fault:
-            told, mode, within = LASTING[self.fault]
+            flags, mode, within = LASTING[self.fault]
             self.flies(1)  # whoever forgot that anything was seen sees it again
             for _ in range(round(within / DT) + 2):
                 if self.fault != "a silent imu":
                     self.hears()
                 odd = {"no command": None, "a command of no numbers": self.wanted(np.nan)}
                 wanted = odd.get(self.fault, self.wanted())
-                self.tick(self.measured(), wanted, Told()._replace(**told))
+                self.tick(self.measured(), wanted, Flags()._replace(**flags))
                 self.commands_within_limits()
             assert self.mode >= mode
 

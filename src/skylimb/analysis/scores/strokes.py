@@ -47,7 +47,7 @@ _SHAPE_POINTS = 600
 
 
 EXCESSES = ("excess_drawn", "excess_missing", "excess_place")
-"""What a `Stroke` may miss its shape by, in the order in which the first that misses is told."""
+"""What a `Stroke` may miss its shape by, in the order in which the first that misses is reported."""
 
 ENDS = ("excess_begin", "excess_end")
 """What of a `Stroke` may be all that its single place is off by."""

@@ -32,7 +32,7 @@ DONE = Score(
 """The verdict as a score; what gives its value are all others."""
 
 _MORE_PLACES = 9
-"""Places more, at most, with which a value is told that lies close to its bound."""
+"""Places more, at most, with which a value is written that lies close to its bound."""
 
 
 def verdict(run: Run, scores: Iterable[Score]) -> dict[str, Any]:

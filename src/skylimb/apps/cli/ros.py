@@ -20,7 +20,7 @@ _Profile = Annotated[str, arg("simulator, controller or both.", "PROFILE")]
 
 @dataclass(frozen=True, kw_only=True)
 class NodeOptions:
-    """What a node is told on any ROS."""
+    """What a node is given on any ROS."""
 
     robot: Annotated[str, arg("The robot, in place of the experiment's.", "NAME")] = ""
     controller: Annotated[

@@ -118,7 +118,7 @@ def interview(
 ) -> Iterator[tuple[RobotReport, MappingFile]]:
     """What is known before each question and after the last, and what is said so far.
 
-    An answer that cannot be is told, and its question asked again: the others are not lost.
+    An answer that cannot be is refused, and its question asked again: the others are not lost.
 
     Args:
         path: as of `check_robot_file`.
@@ -147,7 +147,7 @@ def interview(
         words, proposed, take = question(report)
         typed, wrong = not given, ""
         while True:
-            # A proposal that is taken stays one: its doubts are told, and nothing is said in its place.
+            # A proposal that is taken stays one: its doubts are shown, and nothing is put in its place.
             given = ask(f"{wrong}{words}", proposed) if typed else given
             if not given:
                 break

@@ -1,4 +1,4 @@
-"""Rotors as simulators are told of them: the motor plugins of RotorS, PX4's Gazebo models and gz-sim."""
+"""Rotors as simulators know them: the motor plugins of RotorS, PX4's Gazebo models and gz-sim."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ class Airborne:
     Attributes:
         targets: where it is led, while no mission or landing does.
         form: that is commanded.
-        thrust: what share of its thrusts the rotors are told.
+        thrust: what share of its thrusts is commanded.
         script: the mission under way; None without one.
         state: of the controller.
     """
@@ -235,14 +235,14 @@ class Airborne:
             said.append(f"controller '{self._flyer.controller.name}' failed: {self._failed}")
         if not self.lift.lifted:  # the controller is tried, and what it makes is not flown
             command = self._hovering(self.lift.share)
-            self.thrust.told(command)
+            self.thrust.commanded(command)
             return Tick(flying, command, True, None, {}, None, body, tuple(said))
         self.state = state
         if script is not None and script.begun:
             self.script = after_tick(script, float(signals[PACE]) if self._flyer.plan.needs.paced else None)
             self._end_mission(self.script, now, said)
         flown, scale = self.reference or reference, self.lift.share
-        self.thrust.told(command, scale)
+        self.thrust.commanded(command, scale)
         _, _, frames, _ = self._flyer.references.posture(self.form)
         yaw = float(flown.heading) + frames.yaw_in_C - frames.tip_heading
         return Tick(flying, command, True, flown, signals, script, body, tuple(said), yaw, scale)

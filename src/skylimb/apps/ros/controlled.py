@@ -45,7 +45,7 @@ class Controlled(Piloted):
         self._vectoring = np.asarray(first.vectoring_angles, dtype=float)
         self._starting = False
         self._volts: float | None = None
-        # What the flight controller was told of its own attitude loop.
+        # What the flight controller was sent of its own attitude loop.
         self._nothing = self._gains = no_gains(flyer.robot.n_rotors)
         self._axes = Desire(0.0, 0.0, 0.0)
 

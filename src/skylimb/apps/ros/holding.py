@@ -1,7 +1,7 @@
 """Gains by which the flight controller holds the attitude itself: commands that stop tip no robot over.
 
-It adds its own terms to the thrusts that it is told (`attitude_loop`). What they come to is known from its
-own IMU, and is taken off what it is told: it adds nothing to a robot that is commanded. Once no command comes
+It adds its own terms to the thrusts commanded of it (`attitude_loop`). What they come to is known from its
+own IMU, and is taken off its command: it adds nothing to a robot that is commanded. Once no command comes
 any more, what was taken off stays, and its terms hold the attitude that the robot had then.
 """
 
@@ -54,7 +54,7 @@ def added(gains: Gains, axes: Desire, imu: Imu) -> np.ndarray:
 
     Args:
         gains: that it has.
-        axes: that are controlled, as it was told.
+        axes: that are controlled, as it was set.
         imu: what it measures.
     """
     x, y, z, w = imu.quaternion_xyzw

@@ -25,7 +25,7 @@ SLOW, MOST, EASE = 0.2, 1.35, 0.2
 
 RISEN, SURE, LAG = 0.01, 0.05, 0.05
 """Height above the ground that shows a lift-off, m, and for how long it has to, s, as one frame may be wrong;
-by how much the thrusts lag what they are told, s."""
+by how much the thrusts lag their commands, s."""
 
 OWN = 0.04
 """A scale that is nearer to one is taken for one: what is left of it is the control laws' affair."""

@@ -26,7 +26,7 @@ from skylimb.flight.replay.whole_reference import REFERENCE_SIGNALS, reference_s
 STATE, SCALE = "flight_state", "thrust_scale"
 _MORE = {
     STATE: Signal("", "", "flight state, as on the lab's topic", "estimate"),
-    SCALE: Signal("", "", "thrusts that the rotors are told, over those commanded", "command"),
+    SCALE: Signal("", "", "thrusts that the rotors are commanded, over those of the controller", "command"),
     MISSION_TIME: Signal(
         "s", "", "where the flight is on its mission's clock; 0 without a mission", "reference"
     ),

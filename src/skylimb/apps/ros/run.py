@@ -1,4 +1,4 @@
-"""From words on a command line to a node that flies: all is checked before the middleware is told of it."""
+"""From words on a command line to a node that flies: all is checked before the middleware knows of it."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """What thrust the rotors need, as the robot's motion shows it: for whoever takes over a robot that flies.
 
-    needs = thrust that is told, in hover thrusts / thrust that is seen, 1 + acceleration up / g
+    needs = thrust that is commanded, in hover thrusts / thrust that is seen, 1 + acceleration up / g
 
 A take-off learns that as it leaves the ground (`lift`). A node that begins anew finds the robot in the air,
 and what the one before had learned is gone with it. Nobody sends it again: commands are not latched, and
@@ -19,7 +19,7 @@ from skylimb.apps.ros.lift import LAG, MOST
 from skylimb.flight.realtime.landing import LOW
 
 AFTER, FOR, LEAST = 4.0 * LAG, 0.4, 20
-"""How long the rotors take to do what they are told, s; for how long it is then looked, s, and how often at
+"""How long the rotors take to follow their commands, s; for how long it is then looked, s, and how often at
 least."""
 
 
@@ -32,11 +32,11 @@ class Sample(NamedTuple):
 
 
 class SeenThrust(NamedTuple):
-    """What was told and seen so far.
+    """What was commanded and seen so far.
 
     Attributes:
         time: since the first command, s.
-        thrust: of now, in hover thrusts, as the rotors follow what they are told.
+        thrust: of now, in hover thrusts, as the rotors follow their commands.
         samples: that were looked at.
     """
 
@@ -62,7 +62,7 @@ class SeenThrust(NamedTuple):
         return self.time >= AFTER + FOR
 
     def needs(self, gravity: float) -> float:
-        """The share that carries the robot; 1 where that cannot be told.
+        """The share that carries the robot; 1 where that cannot be seen.
 
         Args:
             gravity: m/s^2.

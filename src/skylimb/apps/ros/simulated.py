@@ -87,7 +87,7 @@ class Simulated:
         self._robot, self._link, self._forces = robot, link, list[np.ndarray]()
         self._spinal, self._limits = Spinal(robot.n_rotors), robot.thrust_limits()
         for message in dialect.known(robot.n_rotors):
-            self._spinal = self._spinal.told(message, 0.0)
+            self._spinal = self._spinal.received(message, 0.0)
         self._bounds = np.concatenate([robot.joint_limits(), robot.vectoring_limits()], axis=1)
         first = takeoff.mission.first
         self._angles = np.concatenate([first.joint_angles, first.vectoring_angles])
@@ -179,7 +179,7 @@ class Simulated:
         """What the flight controller and the servos make of a message."""
         match one.value:
             case FourAxes() | Gains() | PMatrix() | TorqueInverse() | UavInfo() | MotorInfo() | Desire():
-                self._spinal = self._spinal.told(one.value, now)
+                self._spinal = self._spinal.received(one.value, now)
             case ServoTargets(numbers, counts) if self._servos is not None:
                 self._bend(self._servos.angles(zip(numbers, counts, strict=True)), one.topic)
             case ServoTorques(numbers, on) if self._servos is not None:

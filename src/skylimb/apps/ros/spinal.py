@@ -118,7 +118,7 @@ class Spinal(NamedTuple):
         terms = np.hstack([terms[:, :, 0].T, terms[:, :, 1].T, terms[2, :, 2:]])
         return Gains(tuple(map(tuple, np.clip(terms / _MILLI, -32768, 32767).astype(int).tolist())))
 
-    def told(self, message: Told, now: float) -> Spinal:
+    def received(self, message: Told, now: float) -> Spinal:
         """After a message of the computer's."""
         match message:
             case FourAxes():

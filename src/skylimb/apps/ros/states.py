@@ -77,7 +77,7 @@ class Seen:
         carried: share of its weight that its motors give at most; infinity where nobody knows.
         rest: for how long the accelerometer has felt its weight and nothing else, s.
         cut: whether the supervisor has cut the rotors.
-        light: whether the rotors are told less than any robot flies with.
+        light: whether less is commanded of the rotors than any robot flies with.
         foreign: who else commands the robot, "node on topic".
     """
 
@@ -109,7 +109,7 @@ class Flying:
         settled: since when a take-off has been near its target, s.
         standing: since when a robot that is led down, or was found armed, stands.
         eases: whether a landing that does not sink takes thrust away.
-        light: since when the rotors have been told less than any robot flies with, s.
+        light: since when less has been commanded of the rotors than any robot flies with, s.
         blind: since when the position is not known, s.
         above: the height above the origin at which it was known last, m.
         force_landing: whether the landing is a forced one.

@@ -1,4 +1,4 @@
-"""The thrust of one flight: what share of it the rotors are told, and whether that may carry the robot."""
+"""The thrust of one flight: what share of it is commanded, and whether that may carry the robot."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ class Thrust:
         self.hover = hover
         self._seen = None if rises else SeenThrust()
         self._gravity, self._dt = gravity, dt
-        self._told = 1.0
+        self._commanded = 1.0
 
     @property
     def light(self) -> bool:
-        """Whether the rotors were told less than any robot flies with."""
-        return self.lift.too_little(self._told)
+        """Whether less was commanded of the rotors than any robot flies with."""
+        return self.lift.too_little(self._commanded)
 
     def next(self, body: Body | None, eases: bool) -> None:
         """A tick later.
@@ -47,7 +47,7 @@ class Thrust:
         """
         if self._seen is not None:
             self._seen = self._seen.after(
-                self._told, None if body is None else float(body.velocity[2]), self._dt
+                self._commanded, None if body is None else float(body.velocity[2]), self._dt
             )
             if self._seen.over:
                 needs, self._seen = self._seen.needs(self._gravity), None
@@ -56,6 +56,6 @@ class Thrust:
         height = None if body is None else float(body.cog[2])
         self.lift = self.lift.lowered(self._dt) if eases else self.lift.after(height, self._dt, self._gravity)
 
-    def told(self, command: Command, scale: float = 1.0) -> None:
-        """Remember what the rotors are told: so many times the thrusts of a command."""
-        self._told = scale * float(np.sum(command.thrusts) / np.sum(self.hover))
+    def commanded(self, command: Command, scale: float = 1.0) -> None:
+        """Remember what is commanded of the rotors: so many times the thrusts of a command."""
+        self._commanded = scale * float(np.sum(command.thrusts) / np.sum(self.hover))

@@ -106,7 +106,7 @@ class Tick:
         body: centre of gravity and the lab's link as measured; None where nothing fresh is.
         said: to people, one line each.
         yaw: of the lab's link that the reference means, rad.
-        scale: of the thrusts that the rotors are told, over those of the command.
+        scale: of the thrusts that the rotors are commanded, over those of the controller.
     """
 
     flying: Flying
@@ -122,7 +122,7 @@ class Tick:
 
     @property
     def driven(self) -> Command:
-        """What the actuators are told."""
+        """What is commanded of the actuators."""
         return self.command._replace(thrusts=self.scale * self.command.thrusts)
 
     def view(self, stamp: float, names: Names, measured: Measurement | None) -> TickView:

@@ -10,7 +10,7 @@ controller. Who begins anew knows nothing of a flight that is under way: so `hal
 in every state, and a flight controller that says that it is armed is believed.
 
 A third one asks for more than the lab does. A landing that does not sink, or that sees nothing, may be one
-that hovers. So it first takes thrust away, and no landing stops motors that are told enough to carry a robot.
+that hovers. So it first takes thrust away, and no landing stops motors whose commands carry a robot.
 """
 
 from __future__ import annotations

@@ -100,7 +100,7 @@ class Rospy:
             node.publisherUpdate(name, topic, master.registerSubscriber(topic, kind, uri))
         for service in self._services:
             master.registerService(service.resolved_name, service.uri, uri)
-        for topic, kind in node.getPublications(name)[2]:  # the last, as they show whether it was told
+        for topic, kind in node.getPublications(name)[2]:  # the last, as they show whether it has registered
             master.registerPublisher(topic, kind, uri)
 
     def _land(self) -> None:

@@ -20,7 +20,7 @@ class MasterWatch:
 
     Attributes:
         gone: how often it did not answer; a flight goes on without it, but nobody new is found.
-        anew: how often it had been started anew, and was told of us: else nobody new would be heard.
+        anew: how often it had been started anew, and registered us again: else nobody new would be heard.
         foreign: who else publishes on a command's topic, "node on topic"; None before the first answer. A
             node that was killed stays registered: where its address refuses a connection, it is nobody.
     """

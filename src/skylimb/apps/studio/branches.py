@@ -157,8 +157,8 @@ class Branches:
         way = Branch(number, number if parent is None else parent, since, words)
         return replace(self, ways=(*ways, way)[-MOST:], here=number)
 
-    def told(self) -> dict[str, Any]:
-        """What a page is told, ready for JSON; `until` is None for the way that is flown."""
+    def sent(self) -> dict[str, Any]:
+        """What a page is sent, ready for JSON; `until` is None for the way that is flown."""
         ways = [
             {
                 "number": way.number,

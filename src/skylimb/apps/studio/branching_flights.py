@@ -158,7 +158,7 @@ class BranchingFlights:
         self._came(branches.came_to(before, place.branch, place.time), since)
 
     def _came(self, branches: Branches, since: float) -> None:
-        """The flights are at another moment; what was flown there from `since` (s) on is told anew."""
+        """The flights are at another moment; what was flown there from `since` (s) on is sent anew."""
         self.branches = branches
         self._was_over = self.live.over
         self._tell("moved", since=since)

@@ -13,7 +13,7 @@ from skylimb.flight.events import Event, GainChange, Push, SurfaceChange
 
 
 def marks_of(flights: Sequence[LiveFlight], held: Push | None) -> list[dict[str, Any]]:
-    """What happens to the flights in the order of time; what happens to several is told once.
+    """What happens to the flights in the order of time; what happens to several is listed once.
 
     Args:
         flights: beside each other.

@@ -81,7 +81,7 @@ class LiveFlights:
 
     @property
     def shown(self) -> LiveFlight:
-        """The flight whose surface and events are told: the first one that goes on."""
+        """The flight whose surface and events are shown: the first one that goes on."""
         return next(iter(self.going), self.flights[0])
 
     def branch(self, experiments: Mapping[LiveFlight, Experiment]) -> None:

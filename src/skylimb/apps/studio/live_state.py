@@ -17,7 +17,7 @@ def live_state(session: Session) -> dict[str, Any]:
         `controllers`, by the names under which they are offered; `gains` of each flight that changed since
         take-off, by key; `surface` of the flight that is shown; `push` that is held, or None; `events` of
         the flights, each gesture as one (`marks_of`); `branches`, `here`, `undo` and `redo`
-        (`Branches.told`); `over` and `verdict`.
+        (`Branches.sent`); `over` and `verdict`.
     """
     live = session.live
     shown, push = live.shown, session.pushed
@@ -29,7 +29,7 @@ def live_state(session: Session) -> dict[str, Any]:
         "events": marks_of(live.flights, push),
         "over": live.over,
         "verdict": live.verdict if live.over else [],
-        **session.branches.told(),
+        **session.branches.sent(),
     }
 
 

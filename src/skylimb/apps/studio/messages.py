@@ -34,7 +34,7 @@ class Command(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field
     """What one page wants done.
 
     Attributes:
-        seen: version of the state that the page saw; one that is not told is not compared.
+        seen: version of the state that the page saw; one that is not given is not compared.
     """
 
     seen: Whole | None = None

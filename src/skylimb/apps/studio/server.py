@@ -39,7 +39,7 @@ FAREWELL = 1.0
 """Seconds that pages are given to hear the last words."""
 
 HEARTBEAT = 1.0
-"""Seconds between two words that a page is told also while the flight's thread is busy with a command."""
+"""Seconds between two words that a page is sent also while the flight's thread is busy with a command."""
 
 Obey = Callable[[Any], bool]
 """Takes a checked command; false where too many wait."""

@@ -24,7 +24,7 @@ POLL_PERIOD = 0.4
 """Seconds between two looks at the user's files, and two reports of how many ticks were late."""
 
 PAST_PERIOD = 0.05
-"""Flight time between two frames of a past that is told anew, s."""
+"""Flight time between two frames of a past that is sent anew, s."""
 
 IDLE = 0.01
 """Longest sleep, s: no command is left waiting for more."""

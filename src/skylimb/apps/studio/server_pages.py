@@ -49,7 +49,7 @@ class Page:
         may_drive: whether its address lets it do more than watch.
         texts: events that it has yet to be sent.
         bucket: lets its messages through.
-        refusals: lets through what it is told of refused ones.
+        refusals: lets through what it is given of refused ones.
         news: set when there may be something to send.
         sent: number of the newest frame that it was sent.
         got: number of the newest frame that it has confirmed.

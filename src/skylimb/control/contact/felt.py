@@ -1,7 +1,7 @@
 """What the pen feels of the surface under it, and whether that has gone.
 
 A tip cannot go on into a surface that is there. Where it does, and feels little of what it felt before, the
-surface has gone from under it: nothing is learnt of it there, and the laws that press are told (`gone`).
+surface has gone from under it: nothing is learnt of it there, and the laws that press know it (`gone`).
 It is no alarm, and nothing has to be taken back: a pen that falls off a step lands more gently.
 """
 

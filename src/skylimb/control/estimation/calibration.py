@@ -14,14 +14,14 @@ model by 2 % each read as about 3 mm of d; a hover cannot tell the two apart.
 From the tare's first tick on its mean counts as no disturbance, so no law resists it, and the rotors make it
 up only once it is known. A torque beyond `LEVER` would turn the robot all that time: it is fed at once.
 
-Rotors that all push more or less than they are told move the robot long before a tare is over. So up to the
+Rotors that all push more or less than commanded move the robot long before a tare is over. So up to the
 tare it is trimmed: what is felt along its weight in free flight is fed at once, within `TRIM` of the weight.
 With `thrust` the tare's bias along the weight becomes a scale then: in hover the rotors carry the weight, so
 they give
 
     s = m g / (m g - f_z)
 
-of what they are told, and every wrench is commanded and felt by that scale. A mass that is off reads as
+of what is commanded, and every wrench is commanded and felt by that scale. A mass that is off reads as
 rotors that are. A robot that needs more than `SOUND`, or whose scale is off by more than `TRIM`, has
 something wrong with it, and touches nothing.
 """

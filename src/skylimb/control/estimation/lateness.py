@@ -192,7 +192,7 @@ def lateness(
     averaged = (left[0], *left[len(BANK) :])
     outside = tuple(low_pass(was, each, _MEAN, dt) for was, each in zip(state.outside, averaged, strict=True))
     inverse = right_inverse(body.model.inertia_C)
-    # A latency that does not fit would take away with its own mean what it should be told by.
+    # A latency that does not fit would take away with its own mean what it should be seen by.
     means = (outside[0],) * len(BANK) + outside[1:]
     rests = [inverse @ (each - mean) for each, mean in zip(left, means, strict=True)]
     # An error of the model, such as a centre of gravity that lies elsewhere, has to be in the mean first.

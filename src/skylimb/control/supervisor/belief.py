@@ -47,7 +47,7 @@ def believed(
     # The gate widens while no angles come, not while a row of them jumps.
     missing, ways = watch.clocks.untold, angles - watch.prediction.angles
     wrong = angle_fault(limits, ways, robot.n_joints, missing, watch.felt)
-    felt = within(wrong, 0.0, 0.5) * watch.told.joints
+    felt = within(wrong, 0.0, 0.5) * watch.flags.joints
     angles = where(felt > 0.5, angles, watch.prediction.angles)
     prediction, speeds = differenced(watch.prediction, angles, dt)
     q, psi = parted(angles, robot.n_joints)
@@ -71,7 +71,7 @@ def believed(
         else unexamined(watch, age, pose, dt)
     )
     unfelt = where(felt > 0.5, 0.0, watch.clocks.unfelt + dt)
-    untold = where(watch.told.joints > 0.5, 0.0, watch.clocks.untold + dt)
+    untold = where(watch.flags.joints > 0.5, 0.0, watch.clocks.untold + dt)
     watch = watch._replace(
         started=pose.started,
         felt=where(watch.felt + felt > 0.5, 1.0, 0.0),

@@ -61,7 +61,7 @@ def believe_pose(
     )
     same = where(same_pose(measured, watch.before) > 0.5, clocks.same + dt, 0.0)
     frozen = over(same, limits.frozen_after)
-    new = within(fault, 0.0, 0.5) * (1.0 - frozen) * watch.told.pose
+    new = within(fault, 0.0, 0.5) * (1.0 - frozen) * watch.flags.pose
     # A pose that stays as it is was not seen since it came.
     unseen = where(new > 0.5, 0.0, max(clocks.unseen + dt, frozen * same))
     came = clip(clocks.unseen + dt, 0.0, LONGEST)

@@ -25,7 +25,7 @@ def bits_of(limits: Limits, descents: Descents, watch: Watch, belief: Belief) ->
         watch: that knows the belief, in the mode of the tick before.
         belief: of this tick.
     """
-    told, clocks = watch.told, watch.clocks
+    flags, clocks = watch.flags, watch.clocks
     # By its IMU a robot finds back and down for a while.
     blind = clocks.unseen - belief.speaks * limits.imu_for
     unseen = over(clocks.unseen, limits.retreat_after) * watch.started
@@ -34,8 +34,8 @@ def bits_of(limits: Limits, descents: Descents, watch: Watch, belief: Belief) ->
     # Of the link that is measured: {C} turns with the vectoring angles, far where a rotor is lost.
     lean = norm(belief.measurement.quaternion[1:3])  # sine of half its angle
     return {
-        "stop": over(told.stop, 0.5),
-        "land": where(belief.speaks * unseen + over(told.land, 0.5) > 0.5, 1.0, 0.0),
+        "stop": over(flags.stop, 0.5),
+        "land": where(belief.speaks * unseen + over(flags.land, 0.5) > 0.5, 1.0, 0.0),
         "lost": over(blind, limits.cut_after) * watch.started,
         "blind": over(blind, limits.retreat_after) * watch.started,
         "stale": belief.stale,
@@ -48,7 +48,7 @@ def bits_of(limits: Limits, descents: Descents, watch: Watch, belief: Belief) ->
         "numb": over(clocks.unfelt, limits.retreat_after),
         "deaf": over(clocks.unheard, limits.deaf_after) * watch.started,
         "silent": over(clocks.without, float(limits.overruns)),
-        "late": where(over(told.late, 0.5) + over(clocks.without, 0.0) > 0.5, 1.0, 0.0),
+        "late": where(over(flags.late, 0.5) + over(clocks.without, 0.0) > 0.5, 1.0, 0.0),
         "spent": over(clocks.mode - way / DESCENT, limits.descend_for) * within(watch.mode, DESCEND, DESCEND),
         # How far a pose leans that is the model's is nothing to stop rotors for.
         "unfit": over(watch.twist.wrong, 0.5),

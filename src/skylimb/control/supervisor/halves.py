@@ -16,7 +16,7 @@ from skylimb.control.missions.reference import Reference, zero_reference
 from skylimb.control.records import Command
 from skylimb.control.supervisor.descents import NO_DESCENTS, descents_of
 from skylimb.control.supervisor.limits import Limits
-from skylimb.control.supervisor.records import Told, initial_watch
+from skylimb.control.supervisor.records import Flags, initial_watch
 from skylimb.control.supervisor.supervisor import after, before
 from skylimb.control.thrust_and_angle import from_pairs
 from skylimb.robots.model import Robot
@@ -124,10 +124,10 @@ class Halves:
         """Forget all that was seen."""
         self._state[:] = self._made.first
 
-    def look(self, told: Told, measurement: Measurement | None, reference: Reference) -> Any:
+    def look(self, flags: Flags, measurement: Measurement | None, reference: Reference) -> Any:
         """What the controller is given; see `before`."""
-        for name, value in zip(Told._fields, told, strict=True):
-            self._state[self._made.watch.slices[f"told.{name}"]] = value
+        for name, value in zip(Flags._fields, flags, strict=True):
+            self._state[self._made.watch.slices[f"flags.{name}"]] = value
         if measurement is not None:
             self._measured[:] = flattened(measurement.entries)
         self._wanted[:] = flattened(reference.entries)  # a number may stand for a vector of one

@@ -115,7 +115,7 @@ def examined(
 def _tells_latency(limits: Limits, watch: Watch, age: Any, lost: Seen) -> Any:
     """1 where the robot's turning says how late it is measured.
 
-    A touch or a lost rotor turns the robot otherwise than it is told to, at any latency: in contact, and with
+    A touch or a lost rotor turns the robot otherwise than commanded, at any latency: in contact, and with
     a rotor that has lost too little to break the flight off, the stamps have to say that it has changed.
     """
     changed = over(abs(age - limits.latency - watch.late.late), DOUBT)

@@ -1,4 +1,4 @@
-"""What the supervisor is told, what it remembers, and what its first half hands to the second."""
+"""What the loop says to the supervisor, what it remembers, and what its first half hands to the second."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ MOST = 1e12
 """No number that is remembered is larger, but for those of a memory that somebody wrote into."""
 
 
-class Told(NamedTuple):
+class Flags(NamedTuple):
     """What the world around says at a tick; whoever flies writes it into the state.
 
     Attributes:
@@ -75,7 +75,7 @@ class Watch(NamedTuple):
     """What the supervisor remembers.
 
     Attributes:
-        told: of the tick to come.
+        flags: of the tick to come.
         mode: number of the mode.
         started: 1 once a pose was believed.
         felt: 1 once joint angles were.
@@ -94,7 +94,7 @@ class Watch(NamedTuple):
         asked: last reference of the mission, at which the flight was broken off.
     """
 
-    told: Told
+    flags: Flags
     mode: Any
     started: Any
     felt: Any
@@ -144,7 +144,7 @@ def initial_watch(robot: Robot, imu: bool = False) -> Watch:
     low, psi = robot.thrust_limits()[0], np.clip(np.zeros(robot.n_vectoring), *robot.vectoring_limits())
     q = np.clip(robot.nominal_posture(), *robot.joint_limits())
     return Watch(
-        told=Told(),
+        flags=Flags(),
         mode=0.0,
         started=0.0,
         felt=0.0,
@@ -167,8 +167,10 @@ def initial_watch(robot: Robot, imu: bool = False) -> Watch:
 def sound(robot: Robot, watch: Watch) -> Watch:
     """What is remembered; numbers of a memory that was spoilt begin anew."""
     first = initial_watch(robot, watch.before.imu is not None)
-    memory, told = Layout(first), watch.told
+    memory, flags = Layout(first), watch.flags
     found = memory.unpack(numbers(memory.pack(watch), memory.pack(first), MOST))
-    # What is told is no memory: a number that is none tells of nothing new, and stops the motors.
-    new = (within(one, 0.5, MOST) for one in (told.pose, told.joints))
-    return found._replace(told=Told(*new, *(over(one, 0.5) for one in (told.late, told.land, told.stop))))
+    # A flag is no memory: a number that is none says that nothing is new, and stops the motors.
+    new = (within(one, 0.5, MOST) for one in (flags.pose, flags.joints))
+    return found._replace(
+        flags=Flags(*new, *(over(one, 0.5) for one in (flags.late, flags.land, flags.stop)))
+    )

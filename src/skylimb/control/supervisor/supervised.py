@@ -73,10 +73,10 @@ class Supervised:
         controller, asked = self._controller.opened()
         return Supervised(controller, self._limits), asked
 
-    def told(self, state: State, late: Any, pose: Any) -> State:
+    def flagged(self, state: State, late: Any, pose: Any) -> State:
         """The state of a supervisor that knows whether this tick comes too late, and the pose is new."""
         watch = state.watch
-        return state._replace(watch=watch._replace(told=watch.told._replace(late=late, pose=pose)))
+        return state._replace(watch=watch._replace(flags=watch.flags._replace(late=late, pose=pose)))
 
     def step(
         self, gains: Any, state: State, measurement: Measurement, reference: Reference, dt: float

@@ -22,7 +22,7 @@ from skylimb.control.supervisor.belief import believed
 from skylimb.control.supervisor.bits import bits_of
 from skylimb.control.supervisor.descents import Descents
 from skylimb.control.supervisor.limits import Limits
-from skylimb.control.supervisor.records import Sight, Told, Watch, sound
+from skylimb.control.supervisor.records import Flags, Sight, Watch, sound
 from skylimb.control.supervisor.reserve import instead
 from skylimb.control.supervisor.retreat import aimed, turned_to
 from skylimb.control.supervisor.table import CUT, DESCEND, RETREAT, TABLE
@@ -65,7 +65,7 @@ def before(
     known = within(mode, RETREAT - 0.5, CUT) * (1.0 - belief.stale * belief.speaks)
     flown = chosen(known > 0.5, near, flown)
     clocks = watch.clocks._replace(mode=where(mode == watch.mode, watch.clocks.mode + dt, 0.0))
-    asks = watch.started * within(mode, 0.0, DESCEND - 0.5) * within(watch.told.late, 0.0, 0.5) * aims
+    asks = watch.started * within(mode, 0.0, DESCEND - 0.5) * within(watch.flags.late, 0.0, 0.5) * aims
     bits = stack(*(found[name] for name in TABLE.bits))
     seen = with_angles(robot, belief.measurement, as_measured)
     flown = with_angles(robot, flown, as_asked)
@@ -122,5 +122,5 @@ def after(
         time_constants(pairs, limits.rotor_lag + watch.late.slow),
         dt,
     )
-    watch = watch._replace(told=Told(), prediction=prediction, command=command)
+    watch = watch._replace(flags=Flags(), prediction=prediction, command=command)
     return watch, from_pairs(robot, command), made

@@ -21,7 +21,7 @@ _FIELDS = ("actuator_gainprm", 1), ("actuator_biasprm", 3), ("actuator_ctrlrange
 
 @configuration
 class JointFault(Event):
-    """A servo doesn't do what it is told."""
+    """A servo doesn't follow its command."""
 
     kind: Literal["joint"] = field(default="joint", kw_only=True)
     joint: Annotated[str, Key("", "which, of the shape or of the vectoring joints")]
@@ -30,7 +30,7 @@ class JointFault(Event):
     ] = None
     speed: Annotated[
         float | None,
-        Key("rad/s", "at which its set point runs, whatever it is told; 0: stuck", low=-20.0, high=20.0),
+        Key("rad/s", "at which its set point runs, whatever is commanded; 0: stuck", low=-20.0, high=20.0),
     ] = None
     duration: Annotated[float, Key("s", "how long it lasts; 0: for good", low=0.0, high=1e5)] = field(
         default=0.0, kw_only=True

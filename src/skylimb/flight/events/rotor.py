@@ -1,4 +1,4 @@
-"""Rotors that give less thrust than they are told: one that fails, or all with a battery that sags.
+"""Rotors that give less thrust than they are commanded: one that fails, or all with a battery that sags.
 
 What an engine's rotor makes of its activation is one number, so thrust and drag torque shrink alike, as with
 another thrust factor: the rotor's speed stays what its motor makes of the command.
@@ -18,7 +18,7 @@ from skylimb.flight.events.event import Change, Event, EventContext, ModelRows, 
 
 @configuration
 class RotorChange(Event):
-    """A rotor's thrust becomes another than it is told; all rotors' changes multiply with each one's own."""
+    """A rotor's thrust becomes another than commanded; all rotors' changes multiply with each one's own."""
 
     kind: Literal["rotor"] = field(default="rotor", kw_only=True)
     effectiveness: Annotated[

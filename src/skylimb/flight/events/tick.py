@@ -1,7 +1,7 @@
 """Ticks for which the controller comes too late: a busy computer, a law that raises or never comes back.
 
 Without a supervisor nobody commands then: thrusts and set points stay what they are for so long, and the
-controller, which does not know, goes on. A supervisor is told, and commands in the controller's place.
+controller, which does not know, goes on. A supervisor knows, and commands in the controller's place.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class LateTicks(Event):
 
     @classmethod
     def effect(cls, events: Sequence[LateTicks], context: EventContext, times: np.ndarray) -> TickRows:
-        """What a supervisor is told; without one the plant keeps what it was told last."""
+        """What a supervisor gets; without one the plant keeps its last command."""
         layout = row_layout(context.robot)
         added = np.zeros((len(times), layout.size))
         for one in events:

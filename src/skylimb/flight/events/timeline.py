@@ -46,7 +46,7 @@ PLANT_KINDS = ALL_KINDS - CONTROLLER_KINDS
 
 
 OWN_PLANT_KINDS = ALL_KINDS - {SurfaceChange.kind, BodyChange.kind}
-"""What a simulator of a user's own can be told: these change neither its bodies nor its surface."""
+"""What can happen in a simulator of a user's own: these change neither its bodies nor its surface."""
 
 
 @dataclass(frozen=True)

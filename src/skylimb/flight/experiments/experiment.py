@@ -112,7 +112,7 @@ class Experiment(Settings):
     ] = field(default_factory=dict)
     recorded: Annotated[
         Mapping[str, Any],
-        Key("", "what produced a run, in its own config.toml; what has changed since is told"),
+        Key("", "what produced a run, in its own config.toml; what has changed since is reported"),
     ] = field(default_factory=dict)
 
     @property

@@ -19,7 +19,7 @@ const double skylimb_least_command[SKYLIMB_COMMAND_SIZE] = {@LEAST@};
 
 const double skylimb_greatest_command[SKYLIMB_COMMAND_SIZE] = {@GREATEST@};
 
-const double skylimb_all_well[SKYLIMB_TOLD_SIZE] = {@WELL@};
+const double skylimb_all_well[SKYLIMB_FLAGS_SIZE] = {@WELL@};
 
 void skylimb_reset(double state[SKYLIMB_STATE_SIZE]) {
   int i;
@@ -27,7 +27,7 @@ void skylimb_reset(double state[SKYLIMB_STATE_SIZE]) {
 }
 
 unsigned long skylimb_controller_step(double state[SKYLIMB_STATE_SIZE],
-                                      const double told[SKYLIMB_TOLD_SIZE],
+                                      const double flags[SKYLIMB_FLAGS_SIZE],
                                       const double measurement[SKYLIMB_MEASUREMENT_SIZE],
                                       const double reference[SKYLIMB_REFERENCE_SIZE],
                                       const double gains[SKYLIMB_GAINS_SIZE],
@@ -38,7 +38,7 @@ unsigned long skylimb_controller_step(double state[SKYLIMB_STATE_SIZE],
   const double* arg[@ARGUMENTS@] = {state, measurement, reference, gains};
   double* res[@RESULTS@] = {next, command, signals};
   int i;
-  for (i = 0; i < SKYLIMB_TOLD_SIZE; i++) state[SKYLIMB_STATE_TOLD + i] = told[i];
+  for (i = 0; i < SKYLIMB_FLAGS_SIZE; i++) state[SKYLIMB_STATE_FLAGS + i] = flags[i];
   @FUNCTION@(arg, res, 0, work, 0);
   for (i = 0; i < SKYLIMB_STATE_SIZE; i++) state[i] = next[i];
   return (unsigned long)signals[SKYLIMB_SIGNALS_SUPERVISOR_BITS] |

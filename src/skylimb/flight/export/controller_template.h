@@ -33,19 +33,19 @@ extern "C" {
 /* SKYLIMB_DIGEST of the code that was compiled. */
 extern const unsigned long skylimb_digest;
 
-/* What the state begins with, the preset's gains, the limits of a command, and what is told while all is well. */
+/* What the state begins with, the preset's gains, the limits of a command, and the flags while all is well. */
 extern const double skylimb_initial_state[SKYLIMB_STATE_SIZE];
 extern const double skylimb_preset_gains[SKYLIMB_GAINS_SIZE];
 extern const double skylimb_least_command[SKYLIMB_COMMAND_SIZE];
 extern const double skylimb_greatest_command[SKYLIMB_COMMAND_SIZE];
-extern const double skylimb_all_well[SKYLIMB_TOLD_SIZE];
+extern const double skylimb_all_well[SKYLIMB_FLAGS_SIZE];
 
 /* Begin a flight: a supervisor that has broken one off never goes back to it. */
 void skylimb_reset(double state[SKYLIMB_STATE_SIZE]);
 
 /* One control tick; the status word. Takes the state along; `signals` tells what went on inside. */
 unsigned long skylimb_controller_step(double state[SKYLIMB_STATE_SIZE],
-                                      const double told[SKYLIMB_TOLD_SIZE],
+                                      const double flags[SKYLIMB_FLAGS_SIZE],
                                       const double measurement[SKYLIMB_MEASUREMENT_SIZE],
                                       const double reference[SKYLIMB_REFERENCE_SIZE],
                                       const double gains[SKYLIMB_GAINS_SIZE],

@@ -22,7 +22,7 @@ from skylimb.base.signal_table import SIGNALS
 from skylimb.control.controller import Controller, TraceableController, controller_signals, require_compiled
 from skylimb.control.laws.traced_step import TracedStep
 from skylimb.control.supervisor.limits import Limits
-from skylimb.control.supervisor.records import Told
+from skylimb.control.supervisor.records import Flags
 from skylimb.control.supervisor.table import TABLE
 from skylimb.flight.export.step import NAME, Vector, controller_step, example_vector
 from skylimb.robots.model import Robot
@@ -124,11 +124,11 @@ _ABOUT = {
     "reference.force": "wanted normal force, N; 0 where the controller's own counts",
     "reference.clearance": "of a lifted pen from a surface that goes on as where it left, m; or 0",
     "reference.fine": "1 while a small stroke is drawn",
-    "told.pose": "1 where a pose has come since the last tick, else 0",
-    "told.joints": "1 where joint angles have",
-    "told.late": "1 where this tick came too late",
-    "told.land": "1 to break the flight off",
-    "told.stop": "1 to stop the motors",
+    "flags.pose": "1 where a pose has come since the last tick, else 0",
+    "flags.joints": "1 where joint angles have",
+    "flags.late": "1 where this tick came too late",
+    "flags.land": "1 to break the flight off",
+    "flags.stop": "1 to stop the motors",
     "command.thrusts": "N",
     "command.joint_angles": "rad",
     "command.vectoring_angles": "rad",
@@ -141,15 +141,15 @@ def _header(controller: TraceableController, step: TracedStep, dt: float, limits
         ("reference", step.inputs.reference),
         ("gains", step.inputs.gains),
         ("command", step.commands),
-        ("told", Layout(Told())),
+        ("flags", Layout(Flags())),
         ("signals", step.signals),
     ]
     about = {**_ABOUT, **_about_gains(controller), **_about_signals(controller)}
     order = _order(controller.robot)
-    first = step.inputs.state.slices[f"watch.told.{Told._fields[0]}"].start
+    first = step.inputs.state.slices[f"watch.flags.{Flags._fields[0]}"].start
     lines = [
         f"#define SKYLIMB_STATE_SIZE {len(step.state)}",
-        f"#define SKYLIMB_STATE_TOLD {first} /* what is told */",
+        f"#define SKYLIMB_STATE_FLAGS {first} /* its flags */",
     ]
     for part, layout in parts:
         lines += ["", f"#define SKYLIMB_{part.upper()}_SIZE {layout.size}"]
@@ -239,7 +239,7 @@ def _source(robot: Robot, step: TracedStep) -> str:
         .replace("@GAINS@", _numbers(step.gains))
         .replace("@LEAST@", least)
         .replace("@GREATEST@", greatest)
-        .replace("@WELL@", _numbers(np.array(Told())))
+        .replace("@WELL@", _numbers(np.array(Flags())))
     )
 
 

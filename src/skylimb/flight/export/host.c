@@ -13,7 +13,7 @@ static int ended(int code, const char* why) {
   return code;
 }
 
-static double state[SKYLIMB_STATE_SIZE], signals[SKYLIMB_SIGNALS_SIZE], told[SKYLIMB_TOLD_SIZE];
+static double state[SKYLIMB_STATE_SIZE], signals[SKYLIMB_SIGNALS_SIZE], flags[SKYLIMB_FLAGS_SIZE];
 static double given[SKYLIMB_MEASUREMENT_SIZE + SKYLIMB_REFERENCE_SIZE], command[SKYLIMB_COMMAND_SIZE];
 
 int main(void) {
@@ -28,10 +28,10 @@ int main(void) {
     unsigned long status;
     clock_t begun = clock();
     double took;
-    /* On a robot: told[SKYLIMB_TOLD_POSE] = 1 where a pose has come since the last tick, and so on. The input does
+    /* On a robot: flags[SKYLIMB_FLAGS_POSE] = 1 where a pose has come since the last tick, and so on. The input does
      * not say, so a flight whose frames were lost or late comes out otherwise from there on. */
-    memcpy(told, skylimb_all_well, sizeof told);
-    status = skylimb_controller_step(state, told, given, given + SKYLIMB_MEASUREMENT_SIZE, skylimb_preset_gains,
+    memcpy(flags, skylimb_all_well, sizeof flags);
+    status = skylimb_controller_step(state, flags, given, given + SKYLIMB_MEASUREMENT_SIZE, skylimb_preset_gains,
                                      command, signals);
     took = (double)(clock() - begun) / CLOCKS_PER_SEC;
     if (took > worst) worst = took;

@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 LASTS = 3.0
-"""Seconds for which every charge that is told has to be below the least one."""
+"""Seconds for which every charge that is reported has to be below the least one."""
 
 
 class Charge(NamedTuple):
     """How long a battery has been low.
 
     Attributes:
-        since: when it was first told to be low, and has been ever since, s; None while it is not.
+        since: when it was first reported to be low, and has been ever since, s; None while it is not.
         low: whether it has lasted.
     """
 
@@ -20,7 +20,7 @@ class Charge(NamedTuple):
     low: bool = False
 
     def after(self, charge: float, least: float, now: float) -> Charge:
-        """After a charge was told; NaN is as good as none.
+        """After a charge was reported; NaN counts as no report.
 
         Args:
             charge: per cent.

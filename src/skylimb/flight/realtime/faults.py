@@ -12,7 +12,7 @@ class Faults(Counter[str]):
     """Counts of faults by name; the first of a kind is logged."""
 
     def note(self, who: str, what: str, times: int = 1, why: str = "") -> None:
-        """Count a fault that `who` has met; `why` is logged, and not told apart."""
+        """Count a fault that `who` has met; `why` is logged, and not a part of what is counted."""
         if what not in self:
             _log.warning("%s: %s%s", who, what, why and f": {why}")
         self[what] += times

@@ -199,7 +199,7 @@ def check_robot(
 
 
 def _ended(signals: list[int]) -> str:
-    """Why the flight is broken off that its user ends; empty while nobody does. Who waits for it is told."""
+    """Why the flight is broken off that its user ends; empty while nobody does. Who waits for it sees it."""
     if not signals:
         return ""
     warnings.warn(f"{ENDED}: the robot is led back and down; Ctrl-C again stops its commands", stacklevel=2)

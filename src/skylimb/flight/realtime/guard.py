@@ -1,4 +1,4 @@
-"""The supervisor around a controller that flies here: clock, exceptions, and what is told to people."""
+"""The supervisor around a controller that flies here: clock, exceptions, and what people are warned of."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from skylimb.control.records import Command
 from skylimb.control.supervisor.halves import Halves
 from skylimb.control.supervisor.late_gains import MOST, late_gains
 from skylimb.control.supervisor.limits import Limits
-from skylimb.control.supervisor.records import Told
+from skylimb.control.supervisor.records import Flags
 from skylimb.control.supervisor.supervised import BITS, LATENESS, MODE, SLOWNESS, word_of
 from skylimb.control.supervisor.table import RETREAT, TABLE
 from skylimb.flight.realtime.faults import Faults
@@ -101,7 +101,7 @@ class GuardedController:
         limits_of = robot.thrust_limits(), robot.joint_limits(), robot.vectoring_limits()
         self._bounds = [(low - _MARGIN, high + _MARGIN) for low, high in limits_of]
         self._halves: Halves | None = None
-        self._mode, self._told, self._own = 0, Told(), dict[str, Any]()
+        self._mode, self._flags, self._own = 0, Flags(), dict[str, Any]()
         self._taken: tuple[float | None, float | None] = None, None
         self._last = Taken()
         self.flown: Reference | None = None
@@ -116,7 +116,7 @@ class GuardedController:
     @property
     def retreating(self) -> bool:
         """Whether the flight was broken off."""
-        return self._mode >= RETREAT or self._told.land > 0.0
+        return self._mode >= RETREAT or self._flags.land > 0.0
 
     @property
     def reason(self) -> str:
@@ -149,7 +149,7 @@ class GuardedController:
         if why:
             self.counts.note("guard", why)
             self.why = self.why or why
-        self._told = self._told._replace(land=1.0)
+        self._flags = self._flags._replace(land=1.0)
 
     def wake(self) -> None:
         """Lead it back after a time without ticks; it is begun anew as soon as a fresh measurement comes.
@@ -162,7 +162,7 @@ class GuardedController:
 
     def stop(self) -> None:
         """Command the least at the next tick and from then on."""
-        self._told = self._told._replace(stop=1.0)
+        self._flags = self._flags._replace(stop=1.0)
 
     def gains(self) -> Any:
         """The controller's own."""
@@ -195,11 +195,11 @@ class GuardedController:
         if self._wakes and known and measurement.capture_age <= FRESH and self.mode != "CUT":
             halves.begin()
             state, pose, joints, missed, self._wakes = self.initial_state(), True, True, False, False
-        told = self._told._replace(
+        flags = self._flags._replace(
             pose=float(pose and known), joints=float(joints and known), late=float(missed)
         )
-        self._told = Told()
-        sight = halves.look(told, measured, reference)
+        self._flags = Flags()
+        sight = halves.look(flags, measured, reference)
         self._note(halves)
         new, command = state, None
         if halves.started:

@@ -2,7 +2,7 @@
 
 Before that no command may stop. Whoever lands a robot, behind a link or on ROS, asks `Standing`. What differs
 is what is done until then: behind a link nothing but commands reaches the robot, so it is led ever deeper; on
-ROS a node scales what its rotors are told, and has a flight controller that brings it down blind
+ROS a node scales what is commanded of its rotors, and has a flight controller that brings it down blind
 (`apps/ros/transitions.py`).
 """
 
@@ -30,7 +30,7 @@ LONGER = 5.0
 
 
 class Standing(NamedTuple):
-    """Since when a robot stands: told too little to fly with, and as high as it was.
+    """Since when a robot stands: commanded too little to fly with, and as high as it was.
 
     Attributes:
         height: of its centre of gravity, m; NaN where nobody sees it.
@@ -45,7 +45,7 @@ class Standing(NamedTuple):
 
         Args:
             height: of the centre of gravity, m; None where nobody sees it.
-            light: whether the rotors are told less than any robot flies with.
+            light: whether less is commanded of the rotors than any robot flies with.
             now: s.
         """
         if height is None:

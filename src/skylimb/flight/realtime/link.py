@@ -66,7 +66,7 @@ class Link(Protocol):
 
 
 class ServedLink(Link, Protocol):
-    """A link of who is flown: it is told whom to answer."""
+    """A link of who is flown: it knows whom to answer."""
 
     def answer(self, sender: Any) -> None:
         """Send to whoever sent something from now on."""

@@ -1,4 +1,4 @@
-"""A simulator in a program of its own, in lock-step over UDP: a plant that is told, and says, in messages.
+"""A simulator in a program of its own, in lock-step over UDP: a plant that is stepped by messages.
 
 Each message is a msgpack map in one datagram. What is asked again, as an answer was lost, has the same
 number: whoever is asked gives the same answer again and does not step twice.

@@ -148,7 +148,7 @@ def _again(mapping: dict[str, Any]) -> UserSurface:
 
 
 def _called(function: Any, what: str, wanted: str, sizes: tuple[int, ...]) -> Any:
-    """A user's function that gives vectors of these sizes in symbols, each error told in a line."""
+    """A user's function that gives vectors of these sizes in symbols, each error in a line."""
 
     def parts(*given: Any) -> dict[str, Any]:
         found = function(*given)

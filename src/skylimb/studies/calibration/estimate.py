@@ -32,7 +32,7 @@ _LEAST_PUSH, _MOST_PUSH = 1e-2, 1e2
 """Multiples of the usual levels beyond which nothing is tried: no model is exact to less."""
 
 _EVIDENT = 20.0
-"""By so much, twice a logarithm, a record is less likely without the pushes that are told."""
+"""By so much, twice a logarithm, a record is less likely without the pushes that are reported."""
 
 _ROUGH, _SETTLED = 0.03, 1e-3
 """A step below this part of every standard deviation ends a search."""

@@ -24,7 +24,7 @@ Info = dict[str, Any]
 
 @configuration
 class ResetOptions:
-    """What `reset` can be told in its `options`."""
+    """What `reset` takes in its `options`."""
 
     draw: Annotated[
         int | None, Key("", "which draw is flown, also one that no episode has drawn", low=0, high=2**31)

@@ -1,7 +1,7 @@
 """What a policy is paid for: small functions of what was seen in a step, one number for each environment.
 
-A term is 0 at worst and 1 at best, or 0 at best and negative; weights are the environment's. Each is told by
-its name in `info`, so that a curve of each can be drawn.
+A term is 0 at worst and 1 at best, or 0 at best and negative; weights are the environment's. Each is in
+`info` by its name, so that a curve of each can be drawn.
 """
 
 from __future__ import annotations

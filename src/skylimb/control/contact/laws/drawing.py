@@ -3,10 +3,10 @@
 Pressing tilts the robot, and a tilt moves the pen: 1 N of force is 20 mrad of hydrus_xi_quad, and 15 mm at
 its tip. A press that comes or goes at once draws that as a tail. So it comes over `load_time` after a touch,
 and it goes before the pen leaves: at the end of a stroke, which the mission shows `AHEAD`, the path rests for
-`unload_time` while the press goes down to a share `unload_to`. The force follows that ramp late, so what the
-rotors are told is `unload_lead` ahead of it. Then the pen leaves, and that share goes over `leave_time`. It
-goes back from where it is, by `hop` at least: the mission's way out begins at the nominal surface, which may
-lie behind the real one.
+`unload_time` while the press goes down to a share `unload_to`. The force follows that ramp late, so the
+command is `unload_lead` ahead of it. Then the pen leaves, and that share goes over `leave_time`. It goes back
+from where it is, by `hop` at least: the mission's way out begins at the nominal surface, which may lie behind
+the real one.
 
 What surface and friction are expected to push with across the contact axis goes to the laws after this one
 (`ContactView.across`), so that force and torque are there when the path turns, not when the observer has seen
@@ -154,7 +154,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     ends = where(soon.touch < 0.5, 1.0, 0.0) * where(reference.touch > 0.5, 1.0, 0.0)
     ending, off = _ending(gains, state, inputs.dt, ends, engaged)
     ease = ease * (1.0 - (1.0 - gains.unload_to) * ending)
-    # What is asked for, and what the rotors are told: the force comes late.
+    # What is asked for, and what is commanded: the force comes late.
     ramp = ease
     ease = ease - where(ending > 0.0, gains.unload_lead / gains.unload_time, 0.0)
     # The way back begins where the pen is when the press has gone.
