@@ -1,4 +1,4 @@
-"""The rim between laws that fly pairs of fixed rotors and a robot whose joints turn its rotors."""
+"""The seam between laws that fly pairs of fixed rotors and a robot whose joints turn its rotors."""
 
 from pathlib import Path
 
@@ -43,7 +43,7 @@ def test_symbols_give_what_numbers_give(robot: Robot) -> None:
     layout = Layout(given)
     symbols = ca.SX.sym("given", layout.size)
     made = from_pairs(robot, as_pairs(robot, layout.unpack(symbols)))
-    function = ca.Function("rim", [symbols], [layout.pack(made)])
+    function = ca.Function("seam", [symbols], [layout.pack(made)])
     np.testing.assert_allclose(function(layout.pack(given)).full().ravel(), layout.pack(given), atol=1e-12)
 
 

@@ -1,4 +1,4 @@
-"""The rim between laws that fly pairs of fixed rotors and a robot whose arms turn (`robots.turned_rotors`).
+"""The seam between laws that fly pairs of fixed rotors and a robot whose arms turn (`robots.turned_rotors`).
 
     measurement, reference: without vectoring angles -> laws of the robot of pairs -> thrusts and angles
 

@@ -25,7 +25,7 @@ def asked(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Ca
 
     made: list[NodeConfig] = []
 
-    def be(rim: Any, profile: str, options: verbs.NodeOptions, **own: Any) -> int:
+    def be(middleware: Any, profile: str, options: verbs.NodeOptions, **own: Any) -> int:
         made.append(verbs._asked(profile, options, **own))
         return 0
 

@@ -15,7 +15,7 @@ from skylimb.apps.cli.main import main
 from skylimb.apps.ros.profile import profile_topics
 from skylimb.apps.ros1 import installation
 from skylimb.apps.ros1.installation import require_loopback, require_master
-from skylimb.apps.ros1.rim import ROS1
+from skylimb.apps.ros1.middleware import ROS1
 from skylimb.base.errors import ConfigError
 
 SOURCE = Path(skylimb.__file__).parent

@@ -1,4 +1,4 @@
-"""DDS is known in the rim alone; where it is absent, one line says what to install."""
+"""DDS is known in the middleware alone; where it is absent, one line says what to install."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 from packaging.requirements import Requirement
 
 import skylimb
-from skylimb.apps.ros2.rim import ROS2
+from skylimb.apps.ros2.middleware import ROS2
 from skylimb.base.errors import LAST_PYTHON, ConfigError, missing_extra
 
 SOURCE = Path(skylimb.__file__).parent

@@ -24,30 +24,37 @@ from skylimb.control.calibration_date import age_of, dated
 from skylimb.control.estimation.records import Imu
 from skylimb.control.supervisor.descents import unprotected
 from skylimb.control.supervisor.limits import Limits
-from skylimb.flight.realtime.preflight import Desk, Measured, StartLimits, checks, desk_of, fence_of
+from skylimb.flight.realtime.preflight import (
+    Measured,
+    PreflightFacts,
+    StartLimits,
+    checks,
+    fence_of,
+    preflight_facts,
+)
 from skylimb.flight.realtime.resting_imu import ImuOff, RestingImu
 
 LIMITS = StartLimits(fence=((-2.0, 2.0), (-1.0, 1.0), (0.0, 3.0)))
 I3, Z3 = np.eye(3), np.zeros(3)
 STANDS = Body(np.array([0.1, 0.2, 0.3]), Z3, I3, Z3, Z3, Z3, I3, Z3, Z3, I3)
-DESK = Desk((4.1, 4.12), 2.0, 5e9)
+FACTS = PreflightFacts((4.1, 4.12), 2.0, 5e9)
 AGES, OFFSETS = {"mocap/pose": 0.01, "imu": 0.005}, {"mocap/pose": -0.02, "imu": 0.001}
 SOUND = Measured(STANDS, AGES, OFFSETS, 80.0, imu=ImuOff(0.3, 0.01))
 
 
-def failed(desk: Desk = DESK, measured: Measured = SOUND) -> list[str]:
-    return [str(one) for one in checks(desk, measured, LIMITS) if not one.fine]
+def failed(facts: PreflightFacts = FACTS, measured: Measured = SOUND) -> list[str]:
+    return [str(one) for one in checks(facts, measured, LIMITS) if not one.fine]
 
 
 def test_a_robot_that_is_ready_passes_every_check() -> None:
-    found = list(checks(DESK, SOUND, LIMITS))
+    found = list(checks(FACTS, SOUND, LIMITS))
     assert failed() == []
     assert [one.name for one in found] == [
         "attitude", "motion", "fence", "IMU's force", "IMU's turning", "age of mocap/pose", "age of imu",
         "clock of mocap/pose", "clock of imu", "battery", "publishers of commands", "disk",
         "age of the calibration", "robot",
     ]  # fmt: skip
-    assert [one.name for one in checks(Desk(), Measured(STANDS), LIMITS)] == [
+    assert [one.name for one in checks(PreflightFacts(), Measured(STANDS), LIMITS)] == [
         "attitude", "motion", "fence", "publishers of commands", "disk",
     ]  # fmt: skip
 
@@ -57,7 +64,7 @@ def test_rotors_that_cannot_be_lost_are_named_and_refuse_nothing() -> None:
     told = unprotected(robot, "contact", Limits(losses=True))
     assert told == "rotor1, rotor4"
     assert unprotected(robot, "contact", Limits()) == "all, as supervisor.losses is off"
-    found = {one.name: one for one in checks(replace(DESK, unprotected=told), SOUND, LIMITS)}
+    found = {one.name: one for one in checks(replace(FACTS, unprotected=told), SOUND, LIMITS)}
     assert found["rotors whose loss is not protected"].found == told
     assert all(one.fine for one in found.values())
 
@@ -105,7 +112,7 @@ def test_what_is_measured_is_refused_by_its_name(change: dict[str, Any], words: 
     ],
 )
 def test_what_lies_on_the_desk_is_refused_by_its_name(change: dict[str, Any], words: str) -> None:
-    (found,) = failed(replace(DESK, **change))
+    (found,) = failed(replace(FACTS, **change))
     assert found.startswith(words)
 
 
@@ -138,8 +145,8 @@ def test_a_calibration_is_as_old_as_it_says(tmp_path: Path) -> None:
     assert age_of(path) >= 0.0
     for days in (400.0, -2.0):
         path.write_text(f"made = {(now - timedelta(days=days)).isoformat()}\n")
-        desk = desk_of(skylimb.load_robot("hydrus_xi_quad"), None, str(path), "")
-        assert desk.calibrated == pytest.approx(days, abs=0.01)
+        facts = preflight_facts(skylimb.load_robot("hydrus_xi_quad"), None, str(path), "")
+        assert facts.calibrated == pytest.approx(days, abs=0.01)
     path.write_text('format = "x"\n')
     assert np.isnan(age_of(path))
 

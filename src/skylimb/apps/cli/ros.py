@@ -12,7 +12,7 @@ from skylimb.apps.cli.options import Calibration, Fence, Settings, assignments_o
 from skylimb.base.aside import said_aside
 
 if TYPE_CHECKING:
-    from skylimb.apps.ros.bridge import Rim
+    from skylimb.apps.ros.bridge import Middleware
     from skylimb.apps.ros.node_config import NodeConfig
 
 _Profile = Annotated[str, arg("simulator, controller or both.", "PROFILE")]
@@ -90,7 +90,7 @@ def ros(
         skylimb ros controller --controller hybrid --messages ~/jsk_aerial_robot --bare
         skylimb ros controller --controller hybrid --messages ~/jsk_aerial_robot --bare --check
     """
-    from skylimb.apps.ros1.rim import ROS1
+    from skylimb.apps.ros1.middleware import ROS1
 
     own = {"messages": messages, "link": link, "lab_files": config}
     return _be(ROS1, profile, options, namespace=namespace, anywhere=anywhere, **own)
@@ -113,7 +113,7 @@ def ros2(
         skylimb ros2 simulator
         skylimb ros2 controller --controller hybrid --bare
     """
-    from skylimb.apps.ros2.rim import ROS2
+    from skylimb.apps.ros2.middleware import ROS2
 
     return _be(ROS2, profile, options, namespace=namespace, anywhere=anywhere)
 
@@ -141,7 +141,7 @@ def _asked(profile: str, options: NodeOptions, **own: Any) -> NodeConfig:
     )
 
 
-def _be(rim: Rim, profile: str, options: NodeOptions, **own: Any) -> int:
+def _be(middleware: Middleware, profile: str, options: NodeOptions, **own: Any) -> int:
     """Be a node until it ends, keep what it flew, and say how it went; 1 where it failed."""
     config = _asked(profile, options, **own)
     folder = new_folder(options.out, "ros") if options.out else None
@@ -150,7 +150,7 @@ def _be(rim: Rim, profile: str, options: NodeOptions, **own: Any) -> int:
 
     # Also what is said after it: a terminal that has gone costs no flight that was flown.
     with said_aside(patience=None), recording(folder) if folder else nullcontext() as recorder:
-        flown = run(rim, config, lambda words: print(words, flush=True), recorder)
+        flown = run(middleware, config, lambda words: print(words, flush=True), recorder)
         if folder is not None and not config.check:
             with output.working("writing the results"):
                 write(flown, folder)

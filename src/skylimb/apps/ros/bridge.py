@@ -37,7 +37,7 @@ _END = 10.0
 
 
 @dataclass(frozen=True)
-class Rim:
+class Middleware:
     """A middleware, as a node is started on it.
 
     Attributes:

@@ -20,7 +20,7 @@ from skylimb.control.supervisor.limits import Limits
 from skylimb.flight.plan import FlightPlan
 from skylimb.flight.realtime.guard import GuardedController
 from skylimb.flight.realtime.pacer import Pacer
-from skylimb.flight.realtime.preflight import Desk
+from skylimb.flight.realtime.preflight import PreflightFacts
 from skylimb.robots.model import Robot
 
 FLOOR = -0.5
@@ -45,7 +45,7 @@ class Flyer:
         limits: of the flight states.
         guard_limits: when to hold and when to retreat.
         namespace: of the lab's frames.
-        desk: what was found before take-off.
+        facts: what was found before take-off.
         dialect: how it speaks.
         needs_battery: whether somebody has to tell that voltage; a simulated robot has none.
     """
@@ -59,7 +59,7 @@ class Flyer:
     limits: FlightLimits = field(default_factory=FlightLimits)
     guard_limits: Limits = field(default_factory=Limits)
     namespace: str = NAMESPACE
-    desk: Desk = field(default_factory=Desk)
+    facts: PreflightFacts = field(default_factory=PreflightFacts)
     dialect: Dialect = LAB
     needs_battery: bool = True
 

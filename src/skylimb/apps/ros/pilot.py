@@ -116,7 +116,7 @@ class Pilot:
         measured = Measured(
             body, ages, inputs.offsets, battery, self._foreign, self._imu.off, None, rates, self._unknown
         )
-        found, silent = [*checks(self.flyer.desk, measured, self.flyer.limits)], inputs.now - self._radio
+        found, silent = [*checks(self.flyer.facts, measured, self.flyer.limits)], inputs.now - self._radio
         if np.isfinite(silent):  # it was heard once, and has to be heard on
             most = self.flyer.limits.radio
             found.append(Check("age of the radio", f"{silent:.3g} s", f"at most {most:g}", silent <= most))

@@ -10,7 +10,7 @@ from typing import Any
 from skylimb.analysis.exchange.frames import lab_link
 from skylimb.analysis.exchange.recorder import FlightRecorder
 from skylimb.apps.ros.both import Both
-from skylimb.apps.ros.bridge import Bridge, Rim
+from skylimb.apps.ros.bridge import Bridge, Middleware
 from skylimb.apps.ros.controlled import Controlled
 from skylimb.apps.ros.flyer import Flyer
 from skylimb.apps.ros.lab_config import LabConfig, read_lab_config
@@ -33,7 +33,7 @@ from skylimb.flight.loading import parted, plan_flights
 from skylimb.flight.plan import FlightPlan, checked
 from skylimb.flight.realtime.clocked_flight import compiled
 from skylimb.flight.realtime.pacer import Pacer
-from skylimb.flight.realtime.preflight import LOOK, desk_of, fence_of
+from skylimb.flight.realtime.preflight import LOOK, fence_of, preflight_facts
 from skylimb.flight.realtime.timing import TIMING_FILE, Timing
 from skylimb.flight.takeoff import simulated
 from skylimb.robots.model import Robot
@@ -67,12 +67,15 @@ class Flown:
 
 
 def run(
-    rim: Rim, config: NodeConfig, say: Callable[[str], None] = print, recorder: FlightRecorder | None = None
+    middleware: Middleware,
+    config: NodeConfig,
+    say: Callable[[str], None] = print,
+    recorder: FlightRecorder | None = None,
 ) -> Flown:
     """Be a node until it is shut down.
 
     Args:
-        rim: the middleware.
+        middleware: ROS 1 or ROS 2.
         config: what it is asked to be.
         say: takes what people are to read.
         recorder: keeps flights on the disk as they are flown.
@@ -80,23 +83,25 @@ def run(
     Raises:
         SkylimbError: before anything is published, where the middleware, a message or a name is missing.
     """
-    rim.require(config.anywhere)
+    middleware.require(config.anywhere)
     plan, pacer = _planned(config)
     missions = missions_of(plan, config.missions)
     lab = read_lab_config(config.lab_files, plan.robot)
     servos = lab.servos is not None
-    topics = rim.dialect.topics(config.profile, servos)
-    rim.reach(config.profile, topics, config.namespace)
-    profile = _profile(rim, config, plan, missions, lab, pacer)
-    rim.say_left_out(config.profile, (*topics.subscribed, *topics.published), config.messages, say)
+    topics = middleware.dialect.topics(config.profile, servos)
+    middleware.reach(config.profile, topics, config.namespace)
+    profile = _profile(middleware, config, plan, missions, lab, pacer)
+    middleware.say_left_out(config.profile, (*topics.subscribed, *topics.published), config.messages, say)
     if config.profile == "controller":
         say(WARNING)
-        for words in () if rim.dialect.known(plan.robot.n_rotors) else _doubts(lab, plan.robot):
+        for words in () if middleware.dialect.known(plan.robot.n_rotors) else _doubts(lab, plan.robot):
             say(words)
         if not config.check:
             say(_bends(plan))
-    bridge = Bridge(rim.package, config.profile, config.messages, config.namespace, servos, config.anywhere)
-    bridge.carry(rim.opening(plan))
+    bridge = Bridge(
+        middleware.package, config.profile, config.messages, config.namespace, servos, config.anywhere
+    )
+    bridge.carry(middleware.opening(plan))
     try:
         node = Node(profile, bridge, pacer, say, recorder=recorder)
         below = f"{plan.robot.name} below /{config.namespace.strip('/')}"
@@ -124,7 +129,7 @@ def _planned(config: NodeConfig) -> tuple[FlightPlan, Pacer]:
 
 
 def _profile(
-    rim: Rim,
+    middleware: Middleware,
     config: NodeConfig,
     plan: FlightPlan,
     missions: Mapping[str, Mission],
@@ -134,7 +139,7 @@ def _profile(
     """What stands behind the topics: a robot, who flies it, or both."""
     link = lab_link(plan.robot, config.link)
     if config.profile == "simulator":
-        slows, speech = rim.by_clock(), rim.dialect
+        slows, speech = middleware.by_clock(), middleware.dialect
         return Simulated(simulated(plan), link, pacer, config.cells, lab.servos, config.start, slows, speech)
     supervisor = plan.experiment.supervisor
     told = unprotected(plan.robot, plan.needs.vectoring, supervisor)
@@ -148,8 +153,10 @@ def _profile(
         config.limits,
         supervisor,
         namespace=config.namespace,
-        desk=desk_of(plan.robot, rim.described_mass(config.namespace), config.calibration, told),
-        dialect=rim.dialect,
+        facts=preflight_facts(
+            plan.robot, middleware.described_mass(config.namespace), config.calibration, told
+        ),
+        dialect=middleware.dialect,
     )
     return Both(simulated(plan), flyer) if config.profile == "both" else Controlled(flyer, lab)
 

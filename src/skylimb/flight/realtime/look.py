@@ -19,7 +19,7 @@ from skylimb.flight.realtime.beginning import beginning_of
 from skylimb.flight.realtime.charge import Charge
 from skylimb.flight.realtime.link import RemoteVehicle
 from skylimb.flight.realtime.pacer import Pacer
-from skylimb.flight.realtime.preflight import Check, StartLimits, checks, desk_of
+from skylimb.flight.realtime.preflight import Check, StartLimits, checks, preflight_facts
 from skylimb.flight.realtime.resting_imu import RestingImu
 from skylimb.robots.model import Robot
 
@@ -78,11 +78,11 @@ class Look:
                 heard = ", ".join(f"{what} {count} times" for what, count in vehicle.counts.items())
                 raise OutputError(f"no measurement came within {self._patience:g} s ({heard or NOTHING})")
             time.sleep(self._clock.period)
-        desk = desk_of(self._robot, vehicle.heard.mass, self._calibration, self._unprotected)
+        facts = preflight_facts(self._robot, vehicle.heard.mass, self._calibration, self._unprotected)
         known = vehicle.known(self._bodies.of, self._imu.off)
         if known.body is not None:
             known = replace(known, beginning=beginning_of(self._robot, self._first, known.body, measured))
-        return [*checks(desk, known, self._limits)]
+        return [*checks(facts, known, self._limits)]
 
     def _feel(self, measured: Measurement) -> None:
         """Hold what an IMU says against the pose beside which it came."""

@@ -110,7 +110,7 @@ class Check(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Desk:
+class PreflightFacts:
     """What is known before anything is measured, and does not change on the ground.
 
     Attributes:
@@ -126,7 +126,9 @@ class Desk:
     unprotected: str = ""
 
 
-def desk_of(robot: Robot, mass: float | None, calibration: str | None, unprotected: str) -> Desk:
+def preflight_facts(
+    robot: Robot, mass: float | None, calibration: str | None, unprotected: str
+) -> PreflightFacts:
     """What can be looked at before anything is measured.
 
     Args:
@@ -137,7 +139,7 @@ def desk_of(robot: Robot, mass: float | None, calibration: str | None, unprotect
     """
     age = None if calibration is None else age_of(calibration)
     masses = None if mass is None else (mass, float(robot.mass))
-    return Desk(masses, age, float(shutil.disk_usage(Path.cwd()).free), unprotected)
+    return PreflightFacts(masses, age, float(shutil.disk_usage(Path.cwd()).free), unprotected)
 
 
 @dataclass(frozen=True)
@@ -167,7 +169,7 @@ class Measured:
     unknown: str = ""
 
 
-def checks(desk: Desk, measured: Measured, limits: StartLimits) -> Iterator[Check]:
+def checks(facts: PreflightFacts, measured: Measured, limits: StartLimits) -> Iterator[Check]:
     """All that is looked at, one after another."""
     body = measured.body
     if body is None:
@@ -199,19 +201,19 @@ def checks(desk: Desk, measured: Measured, limits: StartLimits) -> Iterator[Chec
         yield Check("publishers of commands", foreign or "only this node", "nobody else", not foreign)
     yield Check(
         "disk",
-        f"{desk.free / 1e9:.1f} GB free",
+        f"{facts.free / 1e9:.1f} GB free",
         f"at least {limits.disk / 1e9:g} GB",
-        desk.free >= limits.disk,
+        facts.free >= limits.disk,
     )
-    if desk.calibrated is not None:
-        days, most = desk.calibrated, limits.calibrated
+    if facts.calibrated is not None:
+        days, most = facts.calibrated, limits.calibrated
         found = "not known: its file does not say when it was made" if np.isnan(days) else f"{days:.3g} days"
         yield Check("age of the calibration", found, f"0 to {most:g}", 0.0 <= days <= most)
-    if desk.unprotected:
+    if facts.unprotected:
         # It is said and not refused: what a robot cannot outlive is its pilot's to know.
-        yield Check("rotors whose loss is not protected", desk.unprotected, "to be known", True)
-    if desk.masses is not None:
-        told, own = desk.masses
+        yield Check("rotors whose loss is not protected", facts.unprotected, "to be known", True)
+    if facts.masses is not None:
+        told, own = facts.masses
         found = f"{told:.3f} kg as described, {own:.3f} kg in its file"
         yield Check("robot", found, f"within {100.0 * limits.mass:g} %", abs(told / own - 1.0) <= limits.mass)
 

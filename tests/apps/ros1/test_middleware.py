@@ -1,4 +1,4 @@
-"""What ROS 1's rim says before a node begins, and what it does when ROS ends it."""
+"""What ROS 1's middleware says before a node begins, and what it does when ROS ends it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from skylimb.analysis.exchange.lab_topics import Topic
 from skylimb.apps.ros.answers import END
 from skylimb.apps.ros.bridge import Bridge
 from skylimb.apps.ros.profile import PROFILES
-from skylimb.apps.ros1.rim import say_left_out
+from skylimb.apps.ros1.middleware import say_left_out
 from skylimb.base.errors import ConfigError
 
 

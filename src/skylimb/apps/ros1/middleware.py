@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from skylimb.analysis.exchange.lab_topics import Topic
 from skylimb.analysis.exchange.message_types import Definitions
-from skylimb.apps.ros.bridge import Rim
+from skylimb.apps.ros.bridge import Middleware
 from skylimb.apps.ros.profile import ProfileTopics
 from skylimb.apps.ros1.installation import (
     by_clock,
@@ -52,4 +52,4 @@ def say_left_out(
         )
 
 
-ROS1 = Rim("ROS 1", "skylimb.apps.ros1", _require, _reach, say_left_out, described_mass, by_clock)
+ROS1 = Middleware("ROS 1", "skylimb.apps.ros1", _require, _reach, say_left_out, described_mass, by_clock)

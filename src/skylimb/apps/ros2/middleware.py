@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterator
 
 from skylimb.analysis.exchange.ros2_topics import SCENE, described
-from skylimb.apps.ros.bridge import Rim
+from skylimb.apps.ros.bridge import Middleware
 from skylimb.apps.ros.messages import Outgoing
 from skylimb.apps.ros2.dialect import ROS2_DIALECT
 from skylimb.apps.ros2.scene import scene
@@ -39,4 +39,4 @@ def _parameters(plan: FlightPlan) -> Iterator[Parameter]:
             yield name, value, words, info.key.low, info.key.high
 
 
-ROS2 = Rim("ROS 2", "skylimb.apps.ros2", _require, dialect=ROS2_DIALECT, opening=_opening)
+ROS2 = Middleware("ROS 2", "skylimb.apps.ros2", _require, dialect=ROS2_DIALECT, opening=_opening)
