@@ -309,3 +309,15 @@ def test_a_small_circle_is_drawn_within_a_millimetre() -> None:
     scores = skylimb.run("paper", "drawing", seed=41, set=changes).metrics
     assert scores["pen_line_rms"] < 0.001
     assert scores["done"]
+
+
+def test_short_strokes_are_pressed_as_commanded(tmp_path: Path) -> None:
+    """Each dash of 3 s began its force integral anew, and was pressed with 1.13 N of 1."""
+    dashes = tmp_path / "dashes.svg"
+    path = '<path d="M 5 5 h 240" stroke="black" fill="none" stroke-dasharray="30 40"/>'
+    dashes.write_text(f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 300 10">{path}</svg>')
+    changes = {name: value for name, value in DRAWING.items() if name != "trajectory.text"}
+    changes |= {"trajectory.file": str(dashes), "trajectory.width": 0.24}
+    scores = skylimb.run("paper", "drawing", seed=1, set=changes).metrics
+    assert abs(scores["force_error_percent"]) < 7.0
+    assert scores["done"]
