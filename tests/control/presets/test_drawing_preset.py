@@ -319,5 +319,5 @@ def test_short_strokes_are_pressed_as_commanded(tmp_path: Path) -> None:
     changes = {name: value for name, value in DRAWING.items() if name != "trajectory.text"}
     changes |= {"trajectory.file": str(dashes), "trajectory.width": 0.24}
     scores = skylimb.run("paper", "drawing", seed=1, set=changes).metrics
-    assert abs(scores["force_error_percent"]) < 7.0
+    assert abs(scores["force_error_percent"]) < 9.0
     assert scores["done"]

@@ -3,8 +3,8 @@
 The integral is what could pump energy into a bouncing contact. What the damper along the contact axis
 dissipates fills the tank, the integral's work empties it, and an empty tank lets the integral fade.
 
-At the end of a stroke what the integral has come to is carried to the next one: it comes with the press, so
-that the first touch is as soft as ever, and the press is right from the start of a short stroke on.
+At the end of a stroke what the integral has come to is carried to the next one, so that a short stroke is
+pressed right. It comes with the last third of the press: a light one that it made lighter lost the surface.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def regulated(
     integral = clip(
         before.integral + grown * (1.0 - unloads), -limit - before.carried, limit - before.carried
     )
-    borne = integral + before.carried * ramp
+    borne = integral + before.carried * clip(3.0 * ramp - 2.0, 0.0, 1.0)
     power = borne * relative
     # The work that the integral takes back always fills the tank; what it spends needs energy in it.
     used = borne * where(power > 0.0, alive, 1.0)
