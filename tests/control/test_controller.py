@@ -79,7 +79,7 @@ def test_files_that_are_not_there(tmp_path: Path, robot: Robot) -> None:
 
 
 def test_laws_are_the_files_of_their_folder() -> None:
-    assert {slot: law_names(slot) for slot in SLOTS} == {
+    assert {slot: list(law_names(slot)) for slot in SLOTS} == {
         "estimation": ["kalman", "momentum", "moving_horizon", "predictive"],
         "contact": ["drawing", "following", "open", "task_frame"],
         "shape": ["admittance", "fixed", "recentring"],

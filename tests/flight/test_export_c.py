@@ -56,7 +56,7 @@ def exported(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
     ("name", "losses"),
     [
         *((name, False) for name in ("pid", "impedance", "admittance", "hybrid", "following")),
-        ("hybrid", True),
+        ("following", True),
     ],
 )
 def test_the_example_passes_its_test_vector(

@@ -22,30 +22,73 @@ def push_at(robot: Robot, q: np.ndarray, psi: np.ndarray, along: np.ndarray, lea
 
     A millionth of the weight may be left over: at a corner of the limits only one lean is exact.
     """
-    state, matrix = robot.at(q, psi), robot.wrench_function(q, psi).full()
-    back = (rot_y(lean[1]) @ rot_x(lean[0])).T
-    p, lever = back @ rot_z(state.tip_heading) @ along, state.tip_root - state.cog_root
-    over = 1e-6 * robot.weight
-    found = linprog(
-        np.concatenate([np.zeros(robot.n_rotors), [-1.0], np.zeros(6)]),
-        A_eq=np.column_stack([matrix, -np.concatenate([p, np.cross(lever, p)]), np.eye(6)]),
-        b_eq=np.concatenate([back @ (robot.weight * UP), np.zeros(3)]),
-        bounds=[*limits(robot), (0.0, None), *[(-over, over)] * 6],
-    )
-    return float(found.x[robot.n_rotors]) if found.status == 0 else -1.0
+    return Pushes(robot, q, psi, along).at(lean)
+
+
+class Pushes:
+    """Linear programmes of one posture, for any lean."""
+
+    def __init__(self, robot: Robot, q: np.ndarray, psi: np.ndarray, along: np.ndarray) -> None:
+        state, self._matrix = robot.at(q, psi), robot.wrench_function(q, psi).full()
+        self._along, self._lever = rot_z(state.tip_heading) @ along, state.tip_root - state.cog_root
+        self._weight, self._limits, self._over = robot.weight * UP, limits(robot), 1e-6 * robot.weight
+        self._duals = np.vstack([np.eye(6), -np.eye(6)])  # to begin with
+
+    def at(self, lean: np.ndarray) -> float:
+        """The greatest push with a lean; -1 without any rest."""
+        push, given = self._balance(lean)
+        n = len(self._limits)
+        found = linprog(
+            np.concatenate([np.zeros(n), [-1.0], np.zeros(6)]),
+            A_eq=np.column_stack([self._matrix, -push, np.eye(6)]),
+            b_eq=given,
+            bounds=[*self._limits, (0.0, None), *[(-self._over, self._over)] * 6],
+        )
+        if found.status != 0:
+            return -1.0
+        made = float(found.x[n])
+        assert made <= self.at_most(lean) + self._over
+        self._duals = np.vstack([self._duals, found.eqlin.marginals, -found.eqlin.marginals])
+        return made
+
+    def at_most(self, lean: np.ndarray) -> float:
+        """What no push with a lean is beyond: multipliers of any other programme bound this one as well.
+
+        y (A thrusts + rest - p t) = y b for every y, so t y p <= max of y (A thrusts + rest), less y b.
+        """
+        push, given = self._balance(lean)
+        # Few rotors and the push leave directions in which nothing balances the weight.
+        bare = np.linalg.svd(np.column_stack([self._matrix, push]))[0][:, len(self._limits) + 1 :].T
+        y = np.vstack([self._duals, bare, -bare])
+        of_thrusts = y @ self._matrix
+        most = np.maximum(of_thrusts * self._limits[:, 0], of_thrusts * self._limits[:, 1]).sum(axis=1)
+        most += self._over * np.abs(y).sum(axis=1) - y @ given
+        along = y @ push
+        if np.any((along > -1e-12) & (most < 0.0)):
+            return -1.0
+        return float(np.min(most[along > 0.0] / along[along > 0.0], initial=np.inf))
+
+    def _balance(self, lean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Force and torque of a push of 1 N, and what carries the weight, (6,) each."""
+        back = (rot_y(lean[1]) @ rot_x(lean[0])).T
+        p = back @ self._along
+        return np.concatenate([p, np.cross(self._lever, p)]), np.concatenate(
+            [back @ self._weight, np.zeros(3)]
+        )
 
 
 def best_over_leans(
     robot: Robot, q: np.ndarray, psi: np.ndarray, along: np.ndarray, near: np.ndarray
 ) -> float:
     """The best of linear programmes over a grid of leans, ever finer about the best; from `near` on."""
-    best, at = push_at(robot, q, psi, along, near), near
+    pushes = Pushes(robot, q, psi, along)
+    best, at = pushes.at(near), near
     for reach in (0.35, 0.1, 0.02, 4e-3):
         around = at
         for lean in itertools.product(np.linspace(-reach, reach, 7), repeat=2):
             tried = around + lean
-            if np.prod(np.cos(tried)) >= np.cos(TILT):
-                push = push_at(robot, q, psi, along, tried)
+            if np.prod(np.cos(tried)) >= np.cos(TILT) and pushes.at_most(tried) > best:
+                push = pushes.at(tried)
                 best, at = (push, tried) if push > best else (best, at)
     return best
 

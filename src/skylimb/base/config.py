@@ -31,6 +31,7 @@ from skylimb.base.sources import Source, read_source
 
 T = TypeVar("T")
 
+_SCALARS = {float, int, bool, str, type(None)}
 _DEEPEST = 32
 """Tables and lists inside of each other at most, and parts of a dotted key; no configuration has ten."""
 _PART = r"""(?:(?<![\w-])[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
@@ -115,6 +116,8 @@ def from_mapping(cls: type[T], mapping: Mapping[str, Any], where: str, at: str =
 
 def to_mapping(config: Any, *, keep_none: bool = False) -> Any:
     """Nested tables, lists and Python scalars of a configuration, as TOML can hold them; None is left out."""
+    if type(config) in _SCALARS:  # nearly all that there is, and the questions below take time
+        return config
     if dataclasses.is_dataclass(config) and not isinstance(config, type):
         config = {field.name: getattr(config, field.name) for field in dataclasses.fields(config)}
     if isinstance(config, Mapping):

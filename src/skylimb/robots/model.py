@@ -64,29 +64,58 @@ class Robot:
         self.bodies, self.placements = lump(description)
         self.mass = float(sum(body.mass for body in self.bodies))
         self.weight = self.mass * description.gravity
-        q, psi = ca.SX.sym("q", self.n_joints), ca.SX.sym("psi", self.n_vectoring)
         self.turned = turned_rotors(description)
         self.pairs = self if self.turned is None else Robot(self.turned.description)
-        here = self.posed(q, psi)
-        # Equal subexpressions are shared once here rather than in every function that the model is composed
-        # into.
-        state = RobotState(*ca.cse([ca.SX(entry) for entry in here.state(self._of_pairs(q))]))
-        self._function = ca.Function("robot", [q, psi], list(state), ["q", "psi"], state._fields)
-        # All entries in one vector: numbers cross from CasADi once instead of eleven times.
+
+    # Each is made where it is asked for first: of a robot that stands otherwise nobody asks most of them.
+
+    @functools.cached_property
+    def _symbols(self) -> tuple[list[ca.SX], Posed]:
+        """Symbolic angles, and where everything is at them."""
+        given = [ca.SX.sym("q", self.n_joints), ca.SX.sym("psi", self.n_vectoring)]
+        return given, self.posed(*given)
+
+    @functools.cached_property
+    def _state(self) -> RobotState:
+        """The model at the symbols.
+
+        Equal subexpressions are shared once here rather than in every function that it is composed into.
+        """
+        (q, _), here = self._symbols
+        return RobotState(*ca.cse([ca.SX(entry) for entry in here.state(self._of_pairs(q))]))
+
+    @functools.cached_property
+    def _function(self) -> ca.Function:
+        state = self._state
+        return ca.Function("robot", self._symbols[0], list(state), ["q", "psi"], state._fields)
+
+    @functools.cached_property
+    def _layout(self) -> Layout[RobotState]:
         z3, square, nq, n = np.zeros(3), np.zeros((3, 3)), self.n_joints, self.n_rotors
         by_q, by_all = np.zeros((3, nq)), np.zeros((3, nq + self.n_vectoring))
         allocation, thrusts = np.zeros((6, n)), np.zeros(n)
-        self._layout = Layout(
-            RobotState(0.0, z3, z3, square, square, allocation, thrusts, z3, z3, by_q, by_all, 0.0)
-        )
-        self._numbers = ca.Function("numbers", [q, psi], [ca.densify(self._layout.pack(state))])
-        self._skeleton = ca.Function("skeleton", [q, psi], [here.skeleton()])
-        self._tool = ca.Function("tool", [q, psi], [ca.horzcat(*here.tool), here.heading])
-        self._link_poses = ca.Function(
-            "links",
-            [q, psi],
-            [ca.horzcat(*(ca.horzcat(*here.place(link.name)) for link in description.links))],
-        )
+        return Layout(RobotState(0.0, z3, z3, square, square, allocation, thrusts, z3, z3, by_q, by_all, 0.0))
+
+    @functools.cached_property
+    def _numbers(self) -> ca.Function:
+        """All entries in one vector: numbers cross from CasADi once instead of eleven times."""
+        return ca.Function("numbers", self._symbols[0], [ca.densify(self._layout.pack(self._state))])
+
+    @functools.cached_property
+    def _skeleton(self) -> ca.Function:
+        given, here = self._symbols
+        return ca.Function("skeleton", given, [here.skeleton()])
+
+    @functools.cached_property
+    def _tool(self) -> ca.Function:
+        given, here = self._symbols
+        return ca.Function("tool", given, [ca.horzcat(*here.tool), here.heading])
+
+    @functools.cached_property
+    def _link_poses(self) -> ca.Function:
+        given, here = self._symbols
+        poses = (ca.horzcat(*here.place(link.name)) for link in self.description.links)
+        return ca.Function("links", given, [ca.horzcat(*poses)])
 
     def _of_pairs(self, q: Array) -> tuple[Array, Array] | None:
         """{C} and hover thrusts of a robot that is flown as pairs of fixed rotors."""

@@ -78,7 +78,7 @@ def test_a_folder_of_before_a_score_was_there_has_its_report(flown: tuple[Path, 
     assert "tilt_max" not in summary.medians
 
 
-@pytest.mark.usefixtures("plain_report")
+@pytest.mark.usefixtures("plain_report", "no_figures")
 def test_the_command_of_a_worst_flight_flies_the_same_bits(tmp_path: Path, write_spec: SpecWriter) -> None:
     vary = """
     "surface.friction" = { uniform = [0.1, 0.8] }
@@ -98,7 +98,7 @@ def test_the_command_of_a_worst_flight_flies_the_same_bits(tmp_path: Path, write
     assert _flown_again(text, tmp_path) == _numbers(outcome.rows[3])
 
 
-@pytest.mark.usefixtures("plain_report")
+@pytest.mark.usefixtures("plain_report", "no_figures")
 def test_the_command_of_a_calibrated_flight_flies_the_same_bits(
     tmp_path: Path, write_spec: SpecWriter, write_calibration: Callable[[Path], Path]
 ) -> None:
@@ -120,6 +120,7 @@ def _flown_again(text: str, home: Path) -> dict[str, float]:
     return _numbers(Run.load(home / "again").metrics)
 
 
+@pytest.mark.usefixtures("plain_report")
 def test_flights_that_the_experiment_stops_have_come_to_their_end(
     tmp_path: Path, write_spec: SpecWriter
 ) -> None:
@@ -214,7 +215,10 @@ def test_a_mistake_leaves_no_folder(write_spec: SpecWriter, tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize(("policy", "count"), [("none", 0), ("worst 3", 3), ("all", 4)])
-def test_logs_are_kept_by_policy(policy: str, count: int, write_spec: SpecWriter, tmp_path: Path) -> None:
+def test_logs_are_kept_by_policy(
+    policy: str, count: int, write_spec: SpecWriter, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("skylimb.studies.campaign.report.report_figures", lambda *_: [])
     spec = write_spec(draws=2, head=f'logs = "{policy}"\nscore = "tilt_max"')
     outcome = run_campaign(spec, tmp_path / "out", workers=0)
     kept = sorted((tmp_path / "out" / "logs").iterdir())
@@ -342,6 +346,7 @@ def test_a_full_disk_stops_cleanly_and_goes_on(
     assert contents(folder) == contents(tmp_path / "undisturbed")
 
 
+@pytest.mark.usefixtures("plain_report")
 @pytest.mark.parametrize("reason", ["", "no C compiler"])
 def test_a_cache_that_cannot_be_written_decides_nothing(
     reason: str, write_spec: SpecWriter, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, contents: Contents

@@ -57,7 +57,7 @@ class RowMessages:
 
     def __init__(self, run: Run, layout: Layout[Any]) -> None:
         self.begin = list(record_messages(run))
-        names = row_names(Run.of_content(self.begin[0][1]["data"], "record").log)[1:]
+        names = row_names(run.log)[1:]
         self._order = np.concatenate([np.arange(layout.size)[layout.slices[name]] for name in names])
 
     def row(self, time: float, flown: np.ndarray) -> tuple[Topic, dict[str, Any]]:

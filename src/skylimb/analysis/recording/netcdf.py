@@ -83,7 +83,7 @@ def read_netcdf(source: Any, most: float) -> xr.Dataset:
         variables = {
             name: xarray.Variable(_dims(node, name), _values(node), _attributes(node))
             for name, node in stored.items()
-            if not node.attrs.get("NAME", b"").startswith(_BARE.encode())
+            if not _is_bare(node)
         }
         raw = xarray.Dataset(variables, attrs=_attributes(file))
     log = xarray.decode_cf(raw, decode_times=False, decode_timedelta=False).load()
@@ -127,6 +127,11 @@ def _values(node: h5py.Dataset) -> np.ndarray:
     return np.asarray(node.asstr()[...]).astype(str) if text and text.length is None else node[...]
 
 
+def _is_bare(node: h5py.Dataset) -> bool:
+    """Whether it stands for a dimension alone."""
+    return h5py.h5ds.is_scale(node.id) and h5py.h5ds.get_scale_name(node.id).startswith(_BARE.encode())
+
+
 def _dims(node: h5py.Dataset, name: str) -> tuple[str, ...]:
     """Its dimensions by name; a scale is its own."""
     if h5py.h5ds.is_scale(node.id):
@@ -138,9 +143,9 @@ def _dims(node: h5py.Dataset, name: str) -> tuple[str, ...]:
 def _attributes(node: h5py.File | h5py.Dataset) -> dict[str, Any]:
     """Attributes as Python has them: HDF5 hands numbers back as arrays, and words of C as bytes."""
     found = {}
-    for name, value in node.attrs.items():
-        if name in _OF_THE_FORMAT:
-            continue
+    # Those that are not wanted are not read: references are slow.
+    for name in (one for one in node.attrs if one not in _OF_THE_FORMAT):
+        value = node.attrs[name]
         array = np.atleast_1d("" if isinstance(value, h5py.Empty) else np.asarray(value))
         words = [entry.decode() if isinstance(entry, bytes) else entry for entry in array.tolist()]
         found[name] = words[0] if len(words) == 1 else words

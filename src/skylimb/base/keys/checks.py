@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import typing
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -61,7 +62,9 @@ _Found = tuple[str, str, tuple[str, ...]]
 
 def _find(kind: Any, value: Any, key: Key) -> _Found | None:
     """What is wrong with `value` as the type `kind` under `key`; None when nothing is."""
-    if isinstance(value, str | Mapping) and not _is_unicode(value):
+    if kind is float is type(value) and key.allows(value):  # nearly all that is asked
+        return None
+    if isinstance(value, (str, Mapping)) and not _is_unicode(value):
         return ascii(shown(value)), "is no Unicode text: it has half of a character", ()
     members = members_of(kind)
     if value is None and type(None) in members:
@@ -71,8 +74,14 @@ def _find(kind: Any, value: Any, key: Key) -> _Found | None:
     return None if None in found else max(found, key=lambda one: len(one[2]) if one else 0)
 
 
+@functools.cache
+def _parts_of(kind: Any) -> tuple[Any, tuple[Any, ...]]:
+    """What a type is of, and its arguments."""
+    return typing.get_origin(kind) or kind, typing.get_args(kind)
+
+
 def _find_one(kind: Any, value: Any, key: Key) -> _Found | None:
-    origin, arguments = typing.get_origin(kind) or kind, typing.get_args(kind)
+    origin, arguments = _parts_of(kind)
     if origin is typing.Literal:
         problem = choice_problem(value, arguments)
         return None if problem is None else (shown(value), problem, ())
@@ -81,7 +90,7 @@ def _find_one(kind: Any, value: Any, key: Key) -> _Found | None:
     if origin is tuple and isinstance(value, tuple | list):
         return _find_in_tuple(arguments, value, key)
     if origin is dict and isinstance(value, Mapping):
-        return _first({f"'{name}'": (arguments[1], entry) for name, entry in value.items()}, key)
+        return _first(((f"'{name}'", arguments[1], entry) for name, entry in value.items()), key)
     if kind is Any or not isinstance(origin, type) or isinstance(value, origin):
         return None
     return shown(value), _wrong_type(origin, value), ()
@@ -101,11 +110,11 @@ def _find_in_tuple(arguments: tuple[Any, ...], value: Sequence[Any], key: Key) -
     if len(kinds) != len(value):
         return shown(value), f"has {len(value)} entries, it needs {len(kinds)}", ()
     entries = enumerate(zip(kinds, value, strict=True), start=1)
-    return _first({f"{place} of {len(value)}": pair for place, pair in entries}, key)
+    return _first(((f"{place} of {len(value)}", *pair) for place, pair in entries), key)
 
 
-def _first(entries: Mapping[str, tuple[Any, Any]], key: Key) -> _Found | None:
-    for place, (kind, entry) in entries.items():
+def _first(entries: Iterable[tuple[str, Any, Any]], key: Key) -> _Found | None:
+    for place, kind, entry in entries:
         found = _find(kind, entry, key)
         if found is not None:
             return found[0], found[1], (place, *found[2])

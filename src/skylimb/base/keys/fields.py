@@ -35,6 +35,7 @@ def fields_of(cls: type) -> dict[str, tuple[Any, Key | None]]:
     return found
 
 
+@functools.cache
 def section_of(kind: Any) -> type | None:
     """The dataclass that a field of type `X` or `X | None` holds, else None."""
     members = [member for member in members_of(kind) if member is not type(None)]
@@ -42,6 +43,7 @@ def section_of(kind: Any) -> type | None:
     return alone if isinstance(alone, type) and dataclasses.is_dataclass(alone) else None
 
 
+@functools.cache
 def entry_section(kind: Any) -> type | None:
     """The dataclass of the entries of dict[str, X] or tuple[X, ...], else None."""
     origin, arguments = typing.get_origin(kind), typing.get_args(kind)
@@ -63,6 +65,7 @@ def has_numbers(kind: Any) -> bool:
     return not is_choice and any(has_numbers(argument) for argument in typing.get_args(kind))
 
 
+@functools.cache
 def members_of(kind: Any) -> tuple[Any, ...]:
     """The types of a union; of any other type, that type alone."""
     is_union = typing.get_origin(kind) in (typing.Union, types.UnionType)

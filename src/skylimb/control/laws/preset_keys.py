@@ -66,7 +66,7 @@ def law_tables(slot: str, name: str, law: Any) -> Iterator[Table]:
 
 def _slot_tables(slot: str, filled: Slot) -> Iterator[Table]:
     first, *inside = tables_of(filled.gains, (slot,))
-    info = KeyInfo(_LAW, Literal[tuple(law_names(slot))], filled.name)
+    info = KeyInfo(_LAW, Literal[law_names(slot)], filled.name)
     meaning = " ".join(filter(None, (summary(filled.law), described(slot, filled.law))))
     yield Table(first.path, meaning, (("law", filled.name, info), *first.rows))
     yield from inside

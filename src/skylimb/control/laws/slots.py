@@ -99,10 +99,11 @@ def traced_functions(slot: str) -> tuple[str, ...]:
     return _FUNCTIONS.get(slot, ("step",))
 
 
-def law_names(slot: str) -> list[str]:
+@functools.cache
+def law_names(slot: str) -> tuple[str, ...]:
     """The laws that ship for a slot: the files of its folder."""
     package = importlib.import_module(_folder(slot))
-    return sorted(module.name for module in pkgutil.iter_modules(package.__path__))
+    return tuple(sorted(module.name for module in pkgutil.iter_modules(package.__path__)))
 
 
 def find_law(slot: str, name: str, folder: Path) -> Any:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import signal
 import sys
 from collections import Counter
 from collections.abc import Iterator
@@ -237,17 +238,17 @@ def _flattened(segment: Any, looked: np.ndarray, flatness: float, transform: Any
     return _points(segment, np.linspace(0.0, 1.0, pieces + 1), transform)
 
 
-def _limit(seconds: int) -> None:
+def _limit(seconds: float) -> None:
     """Of this process; systems without such limits have that of the time alone, which its maker keeps."""
     with contextlib.suppress(ImportError):
         import resource
 
-        resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
+        signal.setitimer(signal.ITIMER_PROF, seconds)  # its signal ends the process
         resource.setrlimit(resource.RLIMIT_AS, (MEGABYTES << 20, MEGABYTES << 20))
 
 
 def _main(what: str, seconds: str) -> None:
-    _limit(int(seconds))
+    _limit(float(seconds))
     try:
         lines = svg_lines(sys.stdin.buffer.read(), what)
     except RecursionError:

@@ -109,8 +109,9 @@ def _node_derivatives(posture: ca.Function) -> tuple[ca.Function, ca.Function]:
     h = ca.vertcat(*posture(theta, psi))
     weights = ca.SX.sym("lambda", h.shape[0])
     curvature, _ = ca.hessian(ca.dot(weights, h), psi)
-    first = ca.Function("first", [theta, psi], [ca.densify(ca.jacobian(h, psi))], {"cse": True})
-    second = ca.Function("second", [theta, psi, weights], [ca.densify(curvature)], {"cse": True})
+    # What is common to both is shared already; to look for more of it takes longer than it saves.
+    first = ca.Function("first", [theta, psi], [ca.densify(ca.jacobian(h, psi))])
+    second = ca.Function("second", [theta, psi, weights], [ca.densify(curvature)])
     return first, second
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 
 from skylimb.studies.calibration.mechanics import root_mass
@@ -30,16 +32,20 @@ class Fit:
         self.places = slices(self.parameters)
         robot = record.robot
         self.predictor = Predictor(record.wheels, robot.mass, root_mass(robot), record.step)
+        self._steps = functools.lru_cache(maxsize=2)(self._of_all_pieces)
         self.impossible = [np.zeros(len(range(*piece, record.stride)), dtype=bool) for piece in record.pieces]
 
     def steps(self, theta: np.ndarray, chord: bool = False) -> list[Steps]:
         """What is known of every step of every piece, frames that cannot be true left out."""
         lag, latency = float(theta[self.places["rotor_lag"]][0]), float(theta[self.places["latency"]][0])
-        made = [self.record.steps(piece, lag, latency, chord) for piece in self.record.pieces]
         return [
             steps._replace(fresh=steps.fresh * ~bad[:, None])
-            for steps, bad in zip(made, self.impossible, strict=True)
+            for steps, bad in zip(self._steps(lag, latency, chord), self.impossible, strict=True)
         ]
+
+    def _of_all_pieces(self, lag: float, latency: float, chord: bool) -> list[Steps]:
+        """Kept for the next question: a search of noise levels asks thirty times at the same parameters."""
+        return [self.record.steps(piece, lag, latency, chord) for piece in self.record.pieces]
 
     def filtered(self, theta: np.ndarray, noise: Noise) -> list[Filtered]:
         """The filter along every piece."""
