@@ -151,3 +151,7 @@ def test_a_bag_is_read_as_its_log_is(flown: skylimb.Run, tmp_path: Path) -> None
         skylimb.calibrate(table)
     with pytest.raises(OutputError, match=r"'none\.mcap' does not exist"):
         skylimb.calibrate("none.mcap")
+    with pytest.raises(OutputError, match="'out/none' does not exist"):
+        skylimb.calibrate("out/none")
+    with pytest.raises(ConfigError, match="unknown experiment 'none'"):
+        skylimb.calibrate("none")
