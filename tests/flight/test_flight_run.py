@@ -152,4 +152,12 @@ def test_a_flight_that_is_ended_before_its_stop_was_not_stopped_by_it() -> None:
     flight = skylimb.begin("free_flight", "hybrid", set={"stop_at": 0.2})
     for _ in range(20):
         flight.tick()
-    assert flight.finish().status == "FAILED"  # ended from outside, as by Ctrl-C
+    ended = flight.finish()
+    assert ended.status == "FAILED"
+    assert ended.cause.startswith("stopped from outside at t = ")  # as by Ctrl-C
+
+
+def test_a_flight_that_its_experiment_stops_says_so() -> None:
+    run = skylimb.run("free_flight", "hybrid", set={"stop_at": 0.2})
+    assert run.status == "STOPPED"
+    assert run.cause == "stopped by its experiment (stop_at) at t = 0.200 s, before the mission's end"

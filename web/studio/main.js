@@ -326,12 +326,14 @@ class Studio {
       }[event.key.length === 1 ? event.key.toLowerCase() : event.key]; // Caps Lock makes no other key of it
       if (act) { event.preventDefault(); act(); }
     });
-    // A browser whose decimals have a point drops a comma without a word: 2,5 would become 25, and be flown.
+    // A browser drops what is no part of a number without a word: 2,5 would become 25, 1/2 12, and be flown.
     addEventListener("beforeinput", (event) => {
-      if (event.target.type !== "number" || !event.data?.includes(",") || (0.5).toLocaleString().includes(",")) return;
+      if (event.target.type !== "number") return;
+      const [foreign] = event.data?.trim().match(/[^-+.0-9eE]/u) ?? [];
+      if (!foreign || (foreign === "," && (0.5).toLocaleString().includes(","))) return;
       event.preventDefault();
       if (event.data === ",") document.execCommand("insertText", false, "."); // what is pasted stays out as a whole
-      this.note("A number has a point, not a comma: 2.5", "bad");
+      this.note(foreign === "," ? "A number has a point, not a comma: 2.5" : `A number has no ${foreign}: 2.5 or 1e-3`, "bad");
     });
     let typing = null; // a field with words that were not taken yet: undo is its own there
     addEventListener("input", ({ target }) => { typing = target.matches("input:not([type=range])") ? target : null; });

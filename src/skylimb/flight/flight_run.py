@@ -67,12 +67,16 @@ def flight_run(
         if flag != "phase":
             # Of a flight that diverged the last one may be no number.
             values[flag] = np.where(np.isfinite(values[flag]), values[flag], -1.0).astype(np.int8)
+    status = _status(plan, cause, values, len(times))
+    if status == STOPPED:
+        at = len(times) * plan.mission.period
+        cause = f"stopped by its experiment (stop_at) at t = {at:.3f} s, before the mission's end"
     said = {
         "robot": plan.robot.name,
         "experiment": experiment.name,
         "controller": name,
         "seed": experiment.seed,
-        "status": _status(plan, cause, values, len(times)),
+        "status": status,
         "cause": cause,
         "contact_axis": frame.contact.tolist(),
         "sliding_axes": [*frame.sliding_u.tolist(), *frame.sliding_v.tolist()],

@@ -10,6 +10,7 @@ from skylimb.analysis.figures import scene
 from skylimb.analysis.report import video
 from skylimb.analysis.report.film import encode, frame_samples, main
 from skylimb.analysis.report.overlay import Overlay
+from skylimb.analysis.report.places import film_mark
 from skylimb.analysis.report.video import find_renderer, write_video
 from skylimb.analysis.scores.board import board_of
 from skylimb.base.errors import OutputError
@@ -162,6 +163,7 @@ def test_a_flight_becomes_a_film(make_run, tmp_path):
     assert 0.01 < changed.mean() < 0.5
     assert pictures[0].std() > 20
     assert [path.name for path in tmp_path.iterdir()] == ["x.mp4"]
+    assert film_mark(run).encode() in path.read_bytes()
 
 
 def test_without_a_renderer_it_says_so(make_run, tmp_path, monkeypatch, fresh_probe):

@@ -20,9 +20,11 @@ from skylimb.analysis.figures import report_figures
 from skylimb.analysis.recording import Run, load_runs
 from skylimb.analysis.report import attempts, output, videos
 from skylimb.analysis.report.output import write_records, write_scores
+from skylimb.analysis.report.places import film_mark
 from skylimb.analysis.report.report import render_report
 from skylimb.analysis.scores.registry import NUMERIC_KEYS
 from skylimb.analysis.scores.user_scores import UserFigure, scored
+from skylimb.apps.cli import main
 from skylimb.base.errors import OutputError
 
 
@@ -292,6 +294,18 @@ def test_the_video_of_a_single_run_lies_beside_its_log(make_run, tmp_path, filme
     assert len(Page((folder / "report.html").read_text()).all("video")) == 1
     with pytest.raises(OutputError, match="does not exist"):
         write_videos({run.name: run}, tmp_path / "nowhere")
+
+
+def test_the_film_of_another_flight_is_not_shown(make_run, tmp_path, no_figures, capsys):
+    run, other = make_run(slide=1.0), make_run(slide=1.5)
+    folder = write_run(run, tmp_path / "out")
+    film = folder / "video.mp4"
+    for shown, count in ((run, 1), (other, 0)):
+        film.write_bytes(b"film " + film_mark(shown).encode() + b" of it")
+        assert main(["score", str(folder)]) == 0
+        assert len(Page((folder / "report.html").read_text()).all("video")) == count
+        assert (f"note: '{film}' shows another flight" in capsys.readouterr().out) == (count == 0)
+    assert film.exists()  # it may be the only one
 
 
 def test_cores_are_shared_among_the_videos(make_run, tmp_path, monkeypatch, filmed):

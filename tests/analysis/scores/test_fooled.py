@@ -233,6 +233,14 @@ def test_the_reason_of_a_missed_shape_is_a_true_one(drawn, told):
     assert stroke["excess"] == max(stroke[f"excess_{of}"] for of in ("drawn", "missing", "place"))
 
 
+@pytest.mark.parametrize("line", [np.linspace([0.0, 0.0], [0.4, 0.0], 400), circle(0.6), hook(0.3)])
+def test_a_line_that_is_drawn_backwards_is_told_so(line):
+    scores = judged([line], [line[::-1]])
+    assert "the line is drawn backwards, from its end to its beginning" in scores["missed"]
+    assert scores["strokes"][0]["excess_backwards"] <= 1.0
+    assert judged([line], [line])["strokes"][0]["excess_backwards"] is None
+
+
 def test_no_rounding_hides_that_a_stroke_misses_its_shape():
     scores = judged([circle(0.6)], [1.0674 * circle(0.6)])
     assert (

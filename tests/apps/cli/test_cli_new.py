@@ -3,10 +3,12 @@
 import runpy
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from skylimb.apps.cli.main import main
+from skylimb.studies.campaign.fly_campaign import require_flyable
 from skylimb.studies.campaign.frozen import freeze
 from skylimb.studies.campaign.reading import load_spec
 
@@ -41,6 +43,7 @@ def test_it_flies_as_it_is(
     runpy.run_path("test_my_own.py")["test_my_own_flies"]()
     campaign = freeze(load_spec("my_own_campaign.toml"))
     assert "surface.friction" in campaign.spec.vary
+    require_flyable(campaign)
     assert main(["new", kind, "my_own"]) == 2
     assert "exists already" in capsys.readouterr().err
 
@@ -82,3 +85,23 @@ def test_one_file_in_the_way_and_none_is_written(tmp_path: Path, monkeypatch: py
     (tmp_path / "test_mine.py").touch()
     assert main(["new", "law", "mine"]) == 2
     assert [path.name for path in tmp_path.iterdir()] == ["test_mine.py"]
+
+
+def test_who_reads_what_is_said_may_go_away(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`skylimb new robot mine | head -1`: all files are there, whatever is read of what is said."""
+
+    def robot(file: str, out: str, yes: bool) -> int:
+        print("what is recognised", file, yes)
+        Path(out).mkdir()
+        return 0
+
+    def gone(text: str) -> int:
+        raise BrokenPipeError
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("skylimb.apps.cli.new.new_robot", robot)
+    monkeypatch.setattr(sys.modules[main.__module__], "give_up", lambda stream: None)
+    monkeypatch.setattr("sys.stdout", SimpleNamespace(write=gone, flush=lambda: None))
+    assert main(["new", "robot", "mine"]) == 0
+    names = ["mine", "mine.toml", "mine.urdf", "mine_campaign.toml", "test_mine.py"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == names

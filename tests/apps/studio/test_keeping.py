@@ -102,7 +102,7 @@ def test_the_flights_go_on_after_they_were_kept(session, kept):
 def test_a_kept_flight_says_that_it_was_stopped(kept):
     run = load_runs(kept.folder)["hybrid"]
     assert (run.status, run.failed, run.done, run.missed) == ("STOPPED", False, None, [])
-    assert "stopped from outside at t = " in run.cause
+    assert "stopped by its experiment (stop_at) at t = " in run.cause
 
 
 @pytest.mark.parametrize("name", ["../out", "/etc/out", ".hidden", "a/b", "a" * 81, "a ", "a."])
@@ -132,7 +132,7 @@ def test_a_kept_flight_is_scored_as_far_as_it_flew_and_its_report_says_what_was_
     assert run.stopped
     assert run.metrics["contact_fraction"] > 0.9
     report = (kept.folder / "report.html").read_text()
-    assert "was stopped from outside at t = " in report
+    assert "was stopped by its experiment (stop_at) at t = " in report
     assert "STOPPED" in report
     for said in ("0.25 N on link2", "attitude.damping_ratio to [0.9"):
         assert said in report, said

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +17,7 @@ from skylimb.analysis.exchange.convert import write_log
 from skylimb.apps.cli.main import main
 from skylimb.base.errors import ConfigError, OutputError
 from skylimb.robots.model import Robot
+from skylimb.studies.calibration.log import free_pieces
 from skylimb.studies.calibration.public import calibration_from, flight_of, robot_of
 
 
@@ -75,6 +78,13 @@ def _touching(log: xr.Dataset) -> xr.Dataset:
     return log.assign(contact=(log["contact"].dims, values))
 
 
+def _happened(
+    kind: str, time: float = 4.0, words: str = "", **more: Any
+) -> Callable[[xr.Dataset], xr.Dataset]:
+    event = {"kind": kind, "time": time, "duration": 4.5, "words": words, **more}
+    return lambda log: log.assign_attrs(events=json.dumps([event]))
+
+
 BAD: dict[str, tuple[Callable[[xr.Dataset], xr.Dataset], str]] = {
     "short": (lambda log: log.isel(time=slice(0, 500)), "lasts 2.5 s"),
     "empty": (lambda log: log.isel(time=slice(0, 0)), "lasts 0 s"),
@@ -106,6 +116,10 @@ BAD: dict[str, tuple[Callable[[xr.Dataset], xr.Dataset], str]] = {
     "other robot": (lambda log: log.assign_attrs(robot="dragon"), "of robot 'dragon'"),
     "lost": (lambda log: log.assign_attrs(status="FAILED", cause="lost height"), "was lost (lost height)"),
     "touching": (_touching, "touched something at 4.500 s"),
+    "another rotor": (_happened("rotor", words="rotor2 to 0.85"), "other sensors from 4.000 s on (rotor2 to"),
+    "a lost mass": (_happened("body"), "has another robot"),
+    "a turned capture": (_happened("sensor", turn=[0.0, 0.1, 0.0]), "has another robot"),
+    "an encoder that comes back": (_happened("sensor", time=0.0, joint="joint1"), "from 4.500 s on"),
 }
 
 
@@ -116,6 +130,20 @@ def test_it_is_refused_in_one_line(flown: skylimb.Run, robot: Robot, name: str) 
         calibration_from(dataclasses.replace(flown, log=change(flown.log)), robot)
     assert said in str(error.value)
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        _happened("sensor", capture="lost", late=0.0, jump=[0.0, 0.0, 0.0], turn=[0.0, 0.0, 0.0], joint=""),
+        _happened("push"),
+        _happened("rotor", time=100.0),
+    ],
+)
+def test_what_leaves_robot_and_sensors_as_they_are_is_not_refused(
+    flown: skylimb.Run, robot: Robot, change: Callable[[xr.Dataset], xr.Dataset]
+) -> None:
+    assert free_pieces(dataclasses.replace(flown, log=change(flown.log)), 0.005)
 
 
 def test_nothing_is_written(flown: skylimb.Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -151,3 +179,7 @@ def test_a_bag_is_read_as_its_log_is(flown: skylimb.Run, tmp_path: Path) -> None
         skylimb.calibrate(table)
     with pytest.raises(OutputError, match=r"'none\.mcap' does not exist"):
         skylimb.calibrate("none.mcap")
+    with pytest.raises(OutputError, match="'out/none' does not exist"):
+        skylimb.calibrate("out/none")
+    with pytest.raises(ConfigError, match="unknown experiment 'none'"):
+        skylimb.calibrate("none")

@@ -161,7 +161,7 @@ def test_an_interrupted_search_says_how_to_go_on(
     [
         ("", ["tune"]),
         (SEARCH.replace("stiffness.2", "stiffness"), ["normalized_stiffness", "single number"]),
-        (SEARCH.replace("stiffness.2", "stifness.2"), ["stifness"]),
+        (SEARCH.replace("stiffness.2", "stifness.2"), ["did you mean 'translation.normalized_stiffness'"]),
     ],
 )
 def test_a_search_that_cannot_be_is_refused(

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from skylimb.apps.cli import main
 from skylimb.base.config import write_toml
 from skylimb.base.errors import ConfigError
 from skylimb.control.controller import load_controller, resolved_tables
@@ -58,7 +59,9 @@ def test_a_campaign_varies_its_gains_and_scores_by_its_metric(
     assert "Largest speed" in page
 
 
-def test_a_metric_that_fails_leaves_its_flight_as_it_is(spec: Callable[..., Path], tmp_path: Path) -> None:
+def test_a_metric_that_fails_leaves_its_flight_as_it_is(
+    spec: Callable[..., Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     file = spec()
     (tmp_path / "mine.py").write_text(
         METRIC.replace("run.log.cog_velocity", "run.log.nothing"), encoding="utf-8"
@@ -69,6 +72,24 @@ def test_a_metric_that_fails_leaves_its_flight_as_it_is(spec: Callable[..., Path
         assert row["tilt_max"] is not None
         assert "metric 'fastest' fails in " in row["cause"]
         assert "mine.py, line 7" in row["cause"]
+    assert main(["campaign", "report", str(tmp_path / "out")]) == 0
+    said = "2 flights lack numbers; flight 0 (user_controller): metric 'fastest' fails in"
+    assert said in " ".join(capsys.readouterr().out.split())
+    assert said.replace("'", "&#39;") in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+
+
+def test_every_metric_that_fails_is_in_the_cause_also_of_a_flight_that_was_stopped(
+    spec: Callable[..., Path], tmp_path: Path
+) -> None:
+    file = spec()
+    file.write_text(file.read_text().replace("[set]", "[set]\nstop_at = 0.6"), encoding="utf-8")
+    broken = METRIC.replace("run.log.cog_velocity", "run.log.nothing")
+    other = broken[broken.index("@") :].replace("fastest", "other")
+    (tmp_path / "mine.py").write_text(f"{broken}\n\n{other}", encoding="utf-8")
+    for row in run_campaign(file, tmp_path / "out", workers=0).rows.values():
+        assert row["status"] == "STOPPED"
+        assert "metric 'fastest' fails in " in row["cause"]
+        assert "; metric 'other' fails in " in row["cause"]
 
 
 LAW = """

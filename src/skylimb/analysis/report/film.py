@@ -20,6 +20,7 @@ from PIL import ImageColor
 from skylimb.analysis.figures import palette, scene
 from skylimb.analysis.recording import Run
 from skylimb.analysis.report.overlay import Overlay
+from skylimb.analysis.report.places import film_mark
 from skylimb.analysis.scores.board import board_of
 from skylimb.base.errors import OutputError
 
@@ -70,7 +71,12 @@ def pictures(run: Run, size: tuple[int, int], fps: float, speed: float) -> Itera
 
 
 def encode(
-    frames: Iterable[np.ndarray], path: Path, size: tuple[int, int], fps: int, threads: int = 0
+    frames: Iterable[np.ndarray],
+    path: Path,
+    size: tuple[int, int],
+    fps: int,
+    threads: int = 0,
+    comment: str = "",
 ) -> int:
     """Write pictures as an MP4 that every browser plays (H.264, yuv420p), and return how many there were.
 
@@ -80,9 +86,11 @@ def encode(
         size: width and height in pixels.
         fps: pictures a second.
         threads: that encode; 0 for as many as there are cores.
+        comment: of the whole film, in its metadata.
     """
     count = 0
     with av.open(str(path), "w", format="mp4", options={"movflags": "+faststart"}) as container:
+        container.metadata["comment"] = comment
         stream = container.add_stream("libx264", rate=fps, options={"preset": "veryfast", "crf": "24"})
         stream.width, stream.height = size
         stream.pix_fmt = "yuv420p"
@@ -110,7 +118,8 @@ def main(arguments: list[str] | None = None) -> int:
         run = Run.load(log)
         size, fps, speed = tuple(how["size"]), how["fps"], how["speed"]
         total = len(frame_samples(run.log.time.values, fps, speed))
-        encode(_reported(pictures(run, size, fps, speed), total), Path(film), size, fps, how["threads"])
+        frames = _reported(pictures(run, size, fps, speed), total)
+        encode(frames, Path(film), size, fps, how["threads"], film_mark(run))
     except (OutputError, ValueError, KeyError, FFmpegError, mujoco.FatalError) as error:
         print(f"{type(error).__name__}: {error}", file=sys.stderr)
         return 1

@@ -16,7 +16,7 @@ from skylimb.analysis.paper.configuration import not_the_papers
 from skylimb.analysis.paper.numbers import SOURCE, published_beside
 from skylimb.analysis.recording import Run
 from skylimb.analysis.recording.run import OK
-from skylimb.analysis.report.places import configurations, home
+from skylimb.analysis.report.places import VIDEO_FILE, configurations, films, home
 from skylimb.analysis.scores.axis_names import AxisNames, common_names
 from skylimb.analysis.scores.declared import shown_scores
 from skylimb.analysis.scores.score import Score
@@ -27,8 +27,6 @@ TEMPLATE = Path(__file__).with_name("report_template.html")
 
 EMBED_BYTES = 12_000_000
 """Videos are put into the page up to this size together; larger ones are linked."""
-
-VIDEO_FILE = "video.mp4"
 
 FACTS = (
     ("trajectory.shape", "Path", ""),
@@ -194,8 +192,7 @@ def _commands(runs: Mapping[str, Run], folder: Path) -> list[str]:
 
 def _films(runs: Mapping[str, Run], folder: Path, follow: bool) -> list[tuple[str, str]]:
     """Each video: whose, and its source, which is its bytes or a file beside the page."""
-    places = {name: home(folder, name) / VIDEO_FILE for name in runs}
-    there = {name: path for name, path in places.items() if follow or path.is_file()}
+    there = {name: home(folder, name) / VIDEO_FILE for name in runs} if follow else films(runs, folder)[0]
     embed = not follow and sum(path.stat().st_size for path in there.values()) <= EMBED_BYTES
     return [
         (palette.label(name), inlined(path, "video/mp4") if embed else path.relative_to(folder).as_posix())

@@ -16,8 +16,8 @@ from pathlib import Path
 from skylimb.analysis.recording import LOG_FILE, Run
 from skylimb.analysis.report.attempts import mark_more_failed
 from skylimb.analysis.report.output import REPORT_FILE
-from skylimb.analysis.report.places import home
-from skylimb.analysis.report.report import VIDEO_FILE, render_report
+from skylimb.analysis.report.places import VIDEO_FILE, home
+from skylimb.analysis.report.report import render_report
 from skylimb.analysis.report.video import film_record
 from skylimb.base.errors import OutputError
 from skylimb.base.files import replace_text, writing

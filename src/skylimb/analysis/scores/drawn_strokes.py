@@ -54,6 +54,8 @@ def _missed_strokes(run: Run) -> str:
     if worst["excess"] <= 1.0:
         return f"{which} is drawn to and fro: {drawn} for its {length}, {longest} allowed{others}"
     told = next(name for name in EXCESSES if worst[name] > 1.0)
+    if told == "excess_place" and worst["excess_backwards"] <= 1.0:
+        return f"{which} is drawn backwards, from its end to its beginning{others}"
     end = max(ENDS, key=lambda name: worst[name])
     if told == "excess_place" and worst[end] > worst[told] * (1.0 - 1e-9):
         told = end

@@ -67,6 +67,8 @@ class Stroke(Fidelity):
         excess_begin: how many times as far as a single place may be off its first drawn place is from its
             beginning; the Frechet distance has this in it, however well the rest is drawn.
         excess_end: the same of its last drawn place and its end.
+        excess_backwards: the Frechet distance if it is drawn from its end to its beginning; no number where
+            no single place is far off.
         covered: share of the stroke's length that is drawn, no farther off than a single place may be.
         longest: how long what is drawn of it may be, m.
         kept: whether it was drawn, keeps its shape, and is not drawn to and fro.
@@ -79,6 +81,7 @@ class Stroke(Fidelity):
     excess_place: float
     excess_begin: float
     excess_end: float
+    excess_backwards: float
     covered: float
     longest: float
     kept: bool
@@ -153,16 +156,17 @@ def _stroke(placed: Fidelity, wanted: np.ndarray, drawn: list[np.ndarray], allow
     """
     longest = allowed.longest(placed.length)
     if not drawn:
-        none = dict.fromkeys(("shape", "excess", *EXCESSES, *ENDS), np.nan)
+        none = dict.fromkeys(("shape", "excess", *EXCESSES, *ENDS, "excess_backwards"), np.nan)
         return Stroke(**asdict(placed), **none, covered=0.0, longest=longest, kept=False)
     points, sizes = np.vstack(drawn), feature_sizes(wanted)
     most, farthest = allowed.of(sizes), allowed.farthest(sizes)
     beside = nearest(points, wanted)
     off, missing = np.linalg.norm(points - wanted[beside], axis=1), distances(wanted, points)
+    line, unit = at_most(wanted, _SHAPE_POINTS), at_most(farthest, _SHAPE_POINTS)
     ratios = (
         float(np.sqrt(np.mean((off / most[beside]) ** 2))),
         float(np.sqrt(np.mean((missing / most) ** 2))),
-        frechet(at_most(wanted, _SHAPE_POINTS), points, at_most(farthest, _SHAPE_POINTS)),
+        frechet(line, points, unit),
     )
     ends = np.linalg.norm(points[[0, -1]] - wanted[[0, -1]], axis=1) / farthest[[0, -1]]
     return Stroke(
@@ -171,6 +175,7 @@ def _stroke(placed: Fidelity, wanted: np.ndarray, drawn: list[np.ndarray], allow
         excess=max(ratios),
         **dict(zip(EXCESSES, ratios, strict=True)),
         **dict(zip(ENDS, map(float, ends), strict=True)),
+        excess_backwards=frechet(line, points[::-1], unit) if ratios[2] > 1.0 else np.nan,
         covered=float(np.mean(missing <= farthest)),
         longest=longest,
         kept=bool(max(ratios) <= 1.0 and placed.drawn <= longest),

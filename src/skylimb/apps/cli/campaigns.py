@@ -108,6 +108,8 @@ def tune(
 
 def _summary(outcome: Outcome) -> int:
     """The success rates and ranks, a column a controller, and where the report is."""
+    from skylimb.studies.campaign.rows import unscored
+
     summary = outcome.summary
     if summary is not None:
         _show_medians(outcome)
@@ -115,6 +117,8 @@ def _summary(outcome: Outcome) -> int:
             print(f"flight {row['flight']} ({row['controller']}) {row['status']}: {row['cause']}")
         if len(summary.lost) > 5:
             print(f"and {len(summary.lost) - 5} more lost flights")
+        if failing := unscored(outcome.rows.values()):
+            print(failing)
         if summary.scores.refused:
             print(
                 f"{len(summary.scores.refused)} draws that not every controller can fly are left out; "

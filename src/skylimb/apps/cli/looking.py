@@ -217,7 +217,7 @@ def score(folder: Folder, *, use: Use = ()) -> int:
     """
     from skylimb.analysis.recording import load_runs
     from skylimb.analysis.report.folder_kinds import require_flights
-    from skylimb.analysis.report.places import configurations
+    from skylimb.analysis.report.places import configurations, films
     from skylimb.analysis.scores.user_scores import figures_of, load_user_scores, scored
 
     own, found = load_user_scores(use), load_runs(folder)
@@ -227,6 +227,7 @@ def score(folder: Folder, *, use: Use = ()) -> int:
     output.scores(runs)
     _, others = configurations(runs, Path(folder))
     output.notes(f"'{file}' is not what flew: it was edited, or is another flight's" for file in others)
+    output.notes(f"'{file}' shows another flight" for file in films(runs, Path(folder))[1])
     return int(output.hand_over(runs, Path(folder), failed=failed) and bool(failed))
 
 

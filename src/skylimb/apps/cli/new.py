@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import importlib.util
+import io
 import keyword
 import tempfile
 from collections.abc import Iterable, Mapping
+from contextlib import redirect_stdout
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Literal
@@ -27,6 +29,7 @@ class _Start:
         campaign: its lines in a campaign's file.
         more: a line more of the test.
         test: what it is, where it is no flight of `skylimb.run`.
+        gains: what the campaign varies besides, as lines of its file.
     """
 
     copies: Mapping[str, str]
@@ -36,6 +39,7 @@ class _Start:
     words: Mapping[str, str] = field(default_factory=dict)
     more: str = ""
     test: str = ""
+    gains: str = ""
 
 
 _CHECKED = '''"""Holds it to Gymnasium's rules: python -m pytest test_{name}.py"""
@@ -90,6 +94,7 @@ _STARTS = {
         "skylimb run {name}.toml",
         'experiment = "{name}.toml"\ncontrollers = ["following"]',
         {"quad_arm": "{name}"},
+        gains='"controller.translation.force" = { choice = [0.7] }  # N: its yaw holds no more\n',
     ),
     "environment": _Start(
         {"{name}.py": "environments/gentle.py"},
@@ -155,15 +160,16 @@ def new(
     files = _files(start, name)
     for file in (*files, *([name, f"{name}.png"] if kind == "robot" else ())):
         require_new(file)
+    said = io.StringIO()  # until all is written: who reads it may go away (`skylimb new robot mine | head`)
     if kind == "robot":
-        with tempfile.TemporaryDirectory() as folder:  # what fails leaves no file
+        with tempfile.TemporaryDirectory() as folder, redirect_stdout(said):  # what fails leaves no file
             urdf = Path(folder) / f"{name}.urdf"
             urdf.write_text(files[urdf.name], encoding="utf-8")
             new_robot(str(urdf), out=name, yes=True)
     for file, text in files.items():
         with new_file(file) as path:
             path.write_text(text, encoding="utf-8")
-    print("\n".join(f"  {file}" for file in files))
+    print(said.getvalue() + "\n".join(f"  {file}" for file in files))
     print(f"Fly it: {start.command.format(name=name)}")
 
 
@@ -179,7 +185,7 @@ def _files(start: _Start, name: str) -> dict[str, str]:
         found[file.format(name=name)] = text
     told = {"name": name, "run": start.run.format(name=name), "campaign": start.campaign.format(name=name)}
     found[f"test_{name}.py"] = (start.test or _TEST + start.more).format(**told)
-    found[f"{name}_campaign.toml"] = _CAMPAIGN.format(**told)
+    found[f"{name}_campaign.toml"] = _CAMPAIGN.format(**told) + start.gains
     return found
 
 

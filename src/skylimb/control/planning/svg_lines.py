@@ -21,6 +21,7 @@ from skylimb.base.errors import ConfigError, SkylimbError, extra_module
 from skylimb.control.planning.drawing import MOST_POINTS, require_drawable
 from skylimb.control.planning.svg_dashes import Dashes, cut, dashes_of
 from skylimb.control.planning.svg_plain import plain_svg
+from skylimb.control.planning.svg_widths import stroke_width
 
 SECONDS, MEGABYTES = 2, 1024
 """Time of the processor and memory that the process may take; the largest drawing takes 0.4 s."""
@@ -146,10 +147,13 @@ def _outlines(document: Any, what: str) -> list[_Outline]:
         if isinstance(element, Image):
             raise ConfigError(f"{what} has a picture in it, which a pen cannot draw; trace it to paths first")
         # SVG fills with black where nothing is said; svgelements then gives a colour.
-        if isinstance(element, Shape) and (_painted(element.fill) or _painted(element.stroke)):
+        if not isinstance(element, Shape):
+            continue
+        width = stroke_width(element, what, _painted(element.stroke))
+        stroked = _painted(element.stroke) and width > 0.0
+        if _painted(element.fill) or stroked:
             outline: Any = Outline(element)
-            width = float(element.implicit_stroke_width or 0.0)
-            dashes = dashes_of(element.values or {}, unit) if _painted(element.stroke) else None
+            dashes = dashes_of(element.values or {}, unit) if stroked else None
             look = outline.transform, width, dashes
             found += [_Outline(number, list(part), *look) for part in outline.as_subpaths()]
     return found

@@ -7,7 +7,7 @@ import xarray as xr
 from scipy.ndimage import median_filter
 
 from skylimb.analysis.recording.run import Run
-from skylimb.analysis.scores.signals import phase_names, stretches
+from skylimb.analysis.scores.signals import events_of, phase_names, stretches
 from skylimb.base.errors import ConfigError
 from skylimb.flight.replay.doubts import doubts
 from skylimb.flight.replay.rates import SAME
@@ -34,6 +34,9 @@ LONGEST_TICK = 0.05
 
 MARGIN = 0.25
 """Time at both ends of a piece that is not used, s: angles are smoothed there, and a frame is as old."""
+
+_SEEN_OTHERWISE = ("late", "jump", "turn", "joint")
+"""Keys of a sensor fault that change the frames and angles which are read; others take them away."""
 
 _WILD = 15.0
 """Times its usual distance from the median of the five frames around it at which a frame is not used."""
@@ -166,7 +169,8 @@ def free_pieces(run: Run, dt: float) -> tuple[tuple[int, int], ...]:
     """First and last tick (not included) of every part in which nothing is to touch.
 
     Raises:
-        ConfigError: when something was touched there, or there is too little of it.
+        ConfigError: when something was touched there, when robot or sensors became others in between, or
+            when there is too little of it.
     """
     log = run.log
     free = np.ones(log.sizes["time"], dtype=bool)
@@ -188,4 +192,18 @@ def free_pieces(run: Run, dt: float) -> tuple[tuple[int, int], ...]:
         raise ConfigError(
             f"the log has {found:.3g} s of free flight; a calibration needs {SHORTEST:g} s at least"
         )
+    _require_one_robot(run, float(log["time"].values[pieces[0][0]]), float(log["time"].values[pieces[-1][1]]))
     return tuple(pieces)
+
+
+def _require_one_robot(run: Run, begin: float, end: float) -> None:
+    """Refuse a flight whose record says that its robot or sensors changed between two times, s."""
+    for event in events_of(run.log):
+        seen = any(event.table.get(key) not in (None, 0.0, [0.0, 0.0, 0.0], "") for key in _SEEN_OTHERWISE)
+        sensors = event.kind == "sensor" and (seen or event.table.get("capture") == "disordered")
+        at = [time for time in (event.time, event.time + event.duration) if begin < time < end]
+        if at and (sensors or event.kind in ("rotor", "body")):
+            raise ConfigError(
+                f"the flight of '{run.name}' has another robot or other sensors from {at[0]:.3f} s on "
+                f"({event.words}); a calibration is of one: take the log before or after that"
+            )

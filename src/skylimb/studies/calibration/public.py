@@ -80,7 +80,7 @@ def _loaded(path: Path) -> Run:
 
 
 def is_log(what: Any) -> bool:
-    """Whether this names a log, a folder, which is to have one, or any other file but an experiment's."""
+    """Whether this names a log, a folder, which is to have one, or a place that is no experiment's file."""
     if isinstance(what, Experiment):
         return False
     path = Path(what)
@@ -88,7 +88,7 @@ def is_log(what: Any) -> bool:
         return True
     # A folder may be called like an experiment.
     known = (*experiment_names(), *added_names("experiments"))
-    return path.exists() and path.suffix != ".toml" and str(what) not in known
+    return (path.exists() or path.name != str(what)) and path.suffix != ".toml" and str(what) not in known
 
 
 def robot_of(flown: Run) -> Robot:

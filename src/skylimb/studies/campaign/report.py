@@ -24,7 +24,7 @@ from skylimb.studies.campaign.figures import report_figures
 from skylimb.studies.campaign.folder import log_name
 from skylimb.studies.campaign.frozen import Campaign
 from skylimb.studies.campaign.points import FEW
-from skylimb.studies.campaign.rows import QUARANTINED, Row
+from skylimb.studies.campaign.rows import QUARANTINED, Row, unscored
 from skylimb.studies.campaign.statistics import LEVEL, Paired, fewest_draws
 from skylimb.studies.campaign.statistics.sign_test import POWER
 from skylimb.studies.campaign.summary import Summary
@@ -70,6 +70,7 @@ def render_report(
         missing=missing_flights(campaign, len(rows)),
         lost=len(summary.lost),
         quarantined=[row for row in summary.lost if row["status"] == QUARANTINED],
+        unscored=unscored(rows.values()),
         refused=list(scores.refused.items())[:_MOST_LISTED],
         refused_count=len(scores.refused),
         controllers=list(zip(map(style.label, names), style.colours_of(scores.controllers), strict=True)),

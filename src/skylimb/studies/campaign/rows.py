@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from skylimb.analysis.recording.run import FAILED, OK, STOPPED, UNFINISHED
@@ -74,6 +74,16 @@ def make_row(campaign: Campaign, flight: int, status: str, cause: str, scores: M
         **{key: _finite(scores.get(key)) for key in campaign.spec.keys},
         "versions": ", ".join(f"{name} {version}" for name, version in campaign.versions.items()),
     }
+
+
+def unscored(rows: Iterable[Row]) -> str:
+    """How many flights lack a number as a metric of the user's failed, and why the first of them does."""
+    lacking = [row for row in rows if row["status"] in FINISHED and row["cause"].startswith("metric '")]
+    if not lacking:
+        return ""
+    first = lacking[0]
+    flights = f"{len(lacking)} flight{'s' * (len(lacking) > 1)} lack{'s' * (len(lacking) == 1)} numbers"
+    return f"{flights}; flight {first['flight']} ({first['controller']}): {first['cause']}"
 
 
 def _finite(value: Any) -> float | None:

@@ -187,7 +187,8 @@ class Worker:
         scores = {**run.metrics, **measured(run, spec.measures)}
         # Why a number is missing, or not to be had again.
         again = (f"this run cannot be repeated: {why}" for why in not_repeatable(item.controller))
-        cause = run.cause or next(chain(run.problems.values(), run.notes, again), "")
+        lacks = "" if run.failed else "; ".join(run.problems.values())
+        cause = lacks or run.cause or next(chain(run.notes, again), "")
         row = make_row(self._campaign, job.flight, run.status, cause, scores)
         wanted = job.log == "always" or (job.log == "failed" and run.failed)
         if not wanted:

@@ -94,6 +94,16 @@ def test_a_comma_in_a_number_is_taken_for_the_point_that_it_stands_for(page: syn
     field.evaluate("(one) => { one.value = ''; one.blur(); }")
 
 
+def test_what_a_browser_drops_from_a_number_is_said(page: sync_api.Page) -> None:
+    page.get_by_role("tab", name="Surface").click()
+    field = page.locator("#surface-friction")
+    field.fill("")
+    field.press_sequentially("1/2")
+    page.locator("#notes").get_by_text("A number has no /: 2.5 or 1e-3").wait_for()
+    page.keyboard.press("Escape")
+    field.evaluate("(one) => { one.value = ''; one.blur(); }")
+
+
 def test_a_wrong_force_is_said_also_where_its_field_is_not_seen(page: sync_api.Page) -> None:
     page.get_by_role("tab", name="Poke").click()
     page.locator("#poke-force").fill("")

@@ -27,10 +27,10 @@ def present_gains(campaign: Campaign, name: str, search: Search) -> Gains:
     tables = resolved_tables(campaign.load(name, robot))
     found = {key: value_of(tables, key) for key in search.gains}
     for key, value in found.items():
+        if value is None:  # refused with the nearest right name, if there is no such gain
+            campaign.load(name, robot, {key: search.gains[key][0]})
         if not isinstance(value, int | float) or isinstance(value, bool):
-            raise ConfigError(
-                f"tune.gains.'{key}' is no single number of controller '{name}'; `skylimb show {name}`"
-            )
+            raise ConfigError(f"tune.gains.'{key}' is no single number of controller '{name}'")
     for end in (0, 1):
         campaign.load(name, robot, {key: bounds[end] for key, bounds in search.gains.items()})
     return {key: float(value) for key, value in found.items()}
