@@ -92,6 +92,18 @@ def test_every_metric_that_fails_is_in_the_cause_also_of_a_flight_that_was_stopp
         assert "; metric 'other' fails in " in row["cause"]
 
 
+def test_a_report_is_made_from_another_directory_than_the_campaign_was_begun_in(
+    spec: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["campaign", spec().name, "--out", "out", "--workers", "0"]) == 0
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    monkeypatch.chdir(elsewhere)
+    assert main(["campaign", "report", "../out"]) == 0
+    assert main(["campaign", f"../{spec().name}", "--out", "../out", "--workers", "0", "--resume"]) == 0
+
+
 LAW = """
 class Gains: ...
 

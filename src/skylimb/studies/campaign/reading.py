@@ -16,13 +16,13 @@ FROZEN = "frozen"
 
 
 def load_spec(path: str | Path) -> CampaignSpec:
-    """Read a campaign's TOML; files that it names are looked for beside it.
+    """Read a campaign's TOML; files that it names are looked for beside it, wherever one is later.
 
     Raises:
         ConfigError: naming the key that is unknown, missing or of the wrong kind.
     """
     path = Path(path)
-    return spec_from_mapping(read_toml(path), f"campaign {path.name}", path.parent)
+    return spec_from_mapping(read_toml(path), f"campaign {path.name}", path.parent.resolve())
 
 
 def spec_from_mapping(mapping: Mapping[str, Any], where: str, folder: Path | None = None) -> CampaignSpec:
