@@ -104,7 +104,9 @@ def flown(tmp_path_factory: pytest.TempPathFactory) -> tuple[skylimb.Run, Path]:
     home = tmp_path_factory.mktemp("own")
     mine = written(home / "mine")
     run = skylimb.run(str(mine / "short.toml"), controller=str(mine / "mine.toml"))
-    write_run(run, home / "first")
+    with pytest.MonkeyPatch.context() as patch:  # as for the tests
+        patch.setattr("skylimb.analysis.figures.report_figures.write_figures", lambda *_: [])
+        write_run(run, home / "first")
     for name in ("spring.py", "helper_of_spring.py"):
         text = (mine / name).read_text().replace("DAMPING = 3.0", "DAMPING = 1.0").replace("= 4.0", "= 9.0")
         (mine / name).write_text(text)

@@ -1,7 +1,12 @@
 """What a drawing may be made of."""
 
+import signal
+import subprocess
+import sys
+
 import pytest
 
+from hostile_files import svg, uses
 from skylimb.base.errors import ConfigError
 from skylimb.control.planning import svg_lines
 
@@ -42,3 +47,11 @@ def test_what_nobody_sees_is_not_drawn(words: str, seen: bool) -> None:
     else:
         with pytest.raises(ConfigError, match="nothing to draw"):
             svg_lines.svg_lines(text.encode(), "mine.svg")
+
+
+@pytest.mark.skipif(not hasattr(signal, "ITIMER_PROF"), reason="a system without timers of the processor")
+def test_a_drawing_that_asks_for_too_much_ends_by_its_own_clock() -> None:
+    """In parts of a second, whatever the process that waits for it does."""
+    command = [sys.executable, "-m", svg_lines.__name__, "", "0.1"]
+    done = subprocess.run(command, input=svg(uses(9)).encode(), capture_output=True, timeout=120, check=False)
+    assert done.returncode == -signal.SIGPROF
