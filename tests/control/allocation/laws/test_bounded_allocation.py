@@ -23,6 +23,7 @@ from skylimb.control.estimation.records import Start, Wrench
 from skylimb.control.needs import Needs
 from skylimb.control.records import Demand, LawInput
 from skylimb.control.translation.laws import following, pid
+from skylimb.control.translation.tank import Pressed
 from skylimb.control.windup import unless_short
 from skylimb.flight.drivers.native import compile_native, fly_native
 from skylimb.flight.flying import fly_here
@@ -305,12 +306,12 @@ def test_following_holds_the_integral_of_its_force_along_the_contact_axis(make_i
     slot = numeric(following.Gains((5.0, 10.0, 5.0), (0.8, 0.7, 0.8)))
     inputs = make_inputs()
     inputs = inputs._replace(contact=inputs.contact._replace(engaged=1.0, normal_force=0.2))
-    state = following.State(0.0, 0.5, np.zeros(2), np.zeros(3))
-    free = following.step(slot, state, inputs)[0].integral
+    state = following.State(Pressed(0.0, 0.5, 0.0), np.zeros(2), np.zeros(3))
+    free = following.step(slot, state, inputs)[0].press.integral
     sideways = inputs._replace(residual=Wrench(np.array([0.0, 3.0, 3.0]), np.zeros(3)))
     along = inputs._replace(residual=Wrench(np.array([3.0, 0.0, 0.0]), np.zeros(3)))
-    assert following.step(slot, state, sideways)[0].integral == free > 0.0
-    assert following.step(slot, state, along)[0].integral == 0.0
+    assert following.step(slot, state, sideways)[0].press.integral == free > 0.0
+    assert following.step(slot, state, along)[0].press.integral == 0.0
 
 
 # ---- in flight, and as C ----
