@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Iterable
 from typing import Any
 
 from skylimb.base.errors import UnknownNameError, nearest, unknown_name
 from skylimb.control.laws.slots import SLOTS, shipped_gains
+
+_TABLE, _LONGEST = 0.8, 100
+"""How alike a table's name is that was meant, and how many letters of a key are looked at."""
 
 
 def unknown_key(
@@ -48,5 +52,8 @@ def _meant(key: str, whole: list[str], known: list[str]) -> list[str]:
     same = [name for name in everything if name.rpartition(".")[2] == last]
     if same and "." in key:  # its table was meant otherwise
         return [nearest(key, same) or same[0]]
-    guess = nearest(last, {*known, *(name.rpartition(".")[2] for name in whole)})
+    ends = {name.rpartition(".")[2] for name in whole}
+    if difflib.get_close_matches(last[:_LONGEST], set(known) - ends, n=1, cutoff=_TABLE):
+        return []
+    guess = nearest(last, ends)
     return [name for name in whole if guess and name.rpartition(".")[2] == guess]
