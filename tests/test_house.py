@@ -226,6 +226,12 @@ def test_commands_in_the_documents_can_be_typed(document: Path) -> None:
             assert program in {".", "python", "skylimb"}, line
 
 
+def test_every_verb_is_shown_on_a_page() -> None:
+    shown = [line for document in DOCUMENTS for line in commands(document)]
+    for verb in VERBS:
+        assert any(f"{line} ".startswith(f"skylimb {verb} ") for line in shown), verb
+
+
 def test_experiments_controllers_and_keys_in_the_documents_are_those_that_there_are(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -386,7 +386,10 @@ def test_the_logs_of_a_campaign_share_one_copy_and_are_flown_again(tmp_path: Pat
     # Going on with another helper would mix two controllers in one table.
     helper = mine / "helper_of_spring.py"
     helper.write_text(helper.read_text().replace("DAMPING = 3.0", "DAMPING = 2.0"))
-    with pytest.raises(OutputError, match=r"begun with another campaign: .*code\.translation"):
+    with pytest.raises(
+        OutputError,
+        match=r"begun with another campaign: .*code\.translation.*helper_of_spring\.py' has changed\)",
+    ):
         run_campaign(mine / "campaign.toml", tmp_path / "out", workers=0, resume=True)
     shutil.rmtree(mine)
     (tmp_path / "out").rename(tmp_path / "moved")

@@ -50,7 +50,9 @@ export class DrawingTool {
 
   #write() {
     const text = this.words.value.trim();
-    if (text) this.studio.say("draw", { text, font: this.font.value });
+    if (text) return this.studio.say("draw", { text, font: this.font.value });
+    this.studio.note("There are no words to write yet: type some first", "bad");
+    this.words.focus();
   }
 
   async take(file) {
@@ -60,7 +62,7 @@ export class DrawingTool {
   }
 
   grab(event) {
-    const point = this.#pointAt(event);
+    const point = this.#pointAt(event, () => this.studio.note("This is the surface's back, and the robot draws on its front: turn the picture first", "bad"));
     if (!point) return false;
     this.stroke = [point];
     this.strokes.push(this.stroke);
@@ -92,14 +94,16 @@ export class DrawingTool {
     if (this.studio.say("draw", { strokes: this.strokes })) this.clear();
   }
 
-  /** Where a pointer meets the surface: (u, v) in m from its middle. */
-  #pointAt(event) {
+  /** Where a pointer meets the surface's front: (u, v) in m from its middle; calls who asks where it meets the back. */
+  #pointAt(event, behind = () => {}) {
     const ray = this.studio.sceneView.rayAt(event);
     if (!ray) return null;
     const figure = this.studio.figures[ray.flight];
     const [hit] = ray.caster.intersectObjects(figure.surfaceObjects, true);
     if (!hit) return null;
-    const { y: u, z: v } = figure.drawn.worldToLocal(hit.point.clone());
+    const { x: depth, y: u, z: v } = figure.drawn.worldToLocal(hit.point.clone());
+    const { x: from } = figure.drawn.worldToLocal(ray.caster.ray.origin.clone());
+    if (from > depth) return behind();
     return [u, v];
   }
 

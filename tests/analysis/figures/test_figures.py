@@ -273,6 +273,22 @@ def test_nothing_of_a_single_flight_is_cut_off_at_the_edge(six, picture, sharp):
     assert whole(picture.draw({"flight 0": six["flight 0"]}))
 
 
+@pytest.mark.parametrize("count", [5, 10, 14])
+@pytest.mark.parametrize("draw", [boxes.sliding_errors, boxes.contact_distributions])
+def test_boxes_of_many_runs_stand_apart_from_the_numbers_of_others(six, draw, count, sharp):
+    """Of ten, each median's number lay on the next box; long names left no room for what an axis shows."""
+    figure = draw({f"my_long_gains_{i}": six[f"flight {i % 6}"] for i in range(count)})
+    assert whole(figure)
+    for ax in figure.axes:
+        figure.draw_without_rendering()
+        label = ax.yaxis.label.get_window_extent()
+        assert label.y1 < figure.bbox.y1
+        found = [patch.get_window_extent() for patch in ax.patches]
+        for number in ax.texts:
+            words = number.get_window_extent()
+            assert not any(box.x0 < words.x1 and words.x0 < box.x1 - 1.0 for box in found)
+
+
 def test_the_scale_bar_lies_above_all_robots(six):
     figure = pose_strip.poses({"flight 0": six["flight 0"]})
     ax = figure.axes[0]

@@ -54,6 +54,21 @@ def test_nothing_is_cut_off_on_a_phone(
     assert beyond(page) == []
 
 
+@pytest.mark.parametrize("width", [390, 1000, 1400])
+def test_the_words_above_a_table_of_many_columns_are_not_cut_off(
+    page: sync_api.Page, reports: dict[str, Path], width: int
+) -> None:
+    """Of ten controllers the line above the numbers was as long as the table, and the page cut it off."""
+    page.set_viewport_size({"width": width, "height": 844})
+    opened(page, reports["run"])
+    ends = page.evaluate(
+        "() => { const words = document.querySelector('.scroll caption'), scroll = words.closest('.scroll');"
+        " words.parentElement.style.width = '2500px';"
+        " return [words.getBoundingClientRect().right, scroll.getBoundingClientRect().right]; }"
+    )
+    assert ends[0] <= ends[1] + 1.0
+
+
 def test_what_is_printed_has_a_still_of_the_moment_that_is_shown(
     page: sync_api.Page, reports: dict[str, Path]
 ) -> None:

@@ -228,6 +228,18 @@ def test_an_interrupted_flight_leaves_what_was_flown(
 
 
 @pytest.mark.usefixtures("no_figures")
+def test_a_report_that_cannot_be_written_exits_with_1(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], flown: tuple[int, Path]
+) -> None:
+    folder = shutil.copytree(flown[1], tmp_path / "flight")
+    (folder / "report.html").unlink()
+    (folder / "report.html").mkdir()
+    code, out, _ = call(["report", str(folder)], capsys)
+    assert code == 1
+    assert "report.html failed" in out
+
+
+@pytest.mark.usefixtures("no_figures")
 def test_what_fails_after_a_flight_is_named_and_can_be_scored_again(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], flown: tuple[int, Path]
 ) -> None:

@@ -185,3 +185,12 @@ def test_a_heading_that_passes_half_a_turn_does_not_jump() -> None:
     heading = plan.tip_heading(np.linspace(0.0, plan.duration, 501))
     assert heading[-1] - heading[0] == pytest.approx(1.3, abs=0.1)
     assert np.abs(np.diff(heading)).max() < 0.02
+
+
+def test_a_way_without_vectoring_angles_says_from_which_angles_there_is_one() -> None:
+    """That of `calibration`, which `following` begins with the angles for contact."""
+    robot = skylimb.load_robot("hydrus_xi_quad")
+    way = PostureConfig(waypoints=((1.57, 0.3, 0.3),), speed=0.4)
+    with pytest.raises(SkylimbError, match=r'allocation\.vectoring\.purpose = "torque"'):
+        posture_plan(way, robot, "contact")
+    assert posture_plan(way, robot, "torque").duration > 1.0

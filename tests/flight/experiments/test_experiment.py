@@ -1,5 +1,7 @@
 """An experiment as its file and what was set otherwise."""
 
+import re
+
 import pytest
 
 from skylimb.base.errors import ConfigError, UnknownNameError
@@ -26,6 +28,21 @@ def test_a_slots_law_without_its_controller_is_meant() -> None:
     """As a page's table `[allocation]` has it."""
     with pytest.raises(UnknownNameError, match=r"did you mean 'controller\.allocation\.law'\?"):
         load_experiment("paper", {"allocation.law": "bounded"})
+
+
+@pytest.mark.parametrize(
+    ("key", "meant"),
+    [
+        ("trajectry.radius", "trajectory.radius"),  # not surface.edge_radius, which ends alike
+        ("surfce.friction", "surface.friction"),
+        ("contrller.translation.force", "controller.translation.force"),
+        ("sface", "surface"),  # a table, and not terminations.distance
+        ("radus", "trajectory.radius"),
+    ],
+)
+def test_a_key_that_is_spelled_wrong_is_guessed_from_its_table_on(key: str, meant: str) -> None:
+    with pytest.raises(UnknownNameError, match=rf"did you mean .*'{re.escape(meant)}'"):
+        load_experiment("paper", {key: 1.0})
 
 
 @pytest.mark.parametrize("key", ["pen_line", "frechet", "of_size", "finest"])

@@ -24,6 +24,7 @@ from skylimb.control.calibration_date import age_of, dated
 from skylimb.control.estimation.records import Imu
 from skylimb.control.supervisor.descents import unprotected
 from skylimb.control.supervisor.limits import Limits
+from skylimb.flight.realtime.beginning import Beginning
 from skylimb.flight.realtime.preflight import (
     Measured,
     PreflightFacts,
@@ -57,6 +58,26 @@ def test_a_robot_that_is_ready_passes_every_check() -> None:
     assert [one.name for one in checks(PreflightFacts(), Measured(STANDS), LIMITS)] == [
         "attitude", "motion", "fence", "publishers of commands", "disk",
     ]  # fmt: skip
+
+
+def test_the_pilots_page_names_every_check() -> None:
+    beginning = Beginning(Z3, 0.0, np.zeros(2), 0.0, 0.0, 0.0)
+    everything = replace(SOUND, beginning=beginning, rates={"mocap/pose": 100.0})
+    facts = replace(FACTS, unprotected="rotor1")
+    names = {one.name for one in (*checks(facts, everything, LIMITS), *checks(facts, Measured(None), LIMITS))}
+    page = (Path(__file__).parents[3] / "docs" / "pilot.md").read_text(encoding="utf-8")
+    table = page.partition("| check |")[2].partition("\n\n")[0]
+    rows = [line.split("|")[1].strip() for line in table.splitlines()[2:]]
+    told = {name for row in rows for name in row.split(", ")}
+    # Those of a sensor stand for all of them.
+    general = {
+        "age of": "age of each sensor",
+        "clock of": "clock of each sensor",
+        "rate of": "rate of the motion capture",
+    }
+    for name in names:
+        head = name.rpartition(" ")[0] if name.endswith((" mocap/pose", " imu")) else ""
+        assert general.get(head, name) in told, name
 
 
 def test_rotors_that_cannot_be_lost_are_named_and_refuse_nothing() -> None:

@@ -143,3 +143,16 @@ def test_mistakes_are_named(point: OperatingPoint) -> None:
     moving = skylimb.load_experiment("paper", {**REST, "surface.advance_distance": 0.05})
     with pytest.raises(ConfigError, match="moves"):
         operating_point(moving, controller("hybrid"))
+
+
+def test_where_a_path_rests_no_clock_moves_anything() -> None:
+    """The derivative of its speed's length was no number there, in 140 entries."""
+    hover = operating_point(skylimb.load_experiment("paper", REST), controller("following"), 0.25)
+    loop = linearise(hover)
+    assert np.isfinite(loop.matrix).all()
+    others = [not name.startswith("clock.") for name in loop.names]
+    for name in ("clock.ticks", "clock.pace"):
+        assert not loop.matrix[others, loop.names.index(name)].any()
+    ticks, pace = loop.names.index("clock.ticks"), loop.names.index("clock.pace")
+    assert loop.matrix[ticks, ticks] == pytest.approx(1.0)
+    assert not loop.in_loop[[ticks, pace]].any()

@@ -28,6 +28,12 @@ A flight's samples depend on each other: outliers one by one mean little.
 _BOX = 0.4
 """Width of a box, of the distance between two."""
 
+_BESIDE, _NUMBERED = 4, 10
+"""Runs for which two panels stand beside each other, and for which a median has room for its number."""
+
+_PER_LETTER = 0.045
+"""Height of a letter of a name that leans, inches."""
+
 Quantity = Callable[[xr.Dataset], np.ndarray]
 
 
@@ -85,9 +91,11 @@ def contact_distributions(runs: Mapping[str, Run]) -> Figure:
 
 def _figure(runs: Mapping[str, Run], quantities: list[tuple[str, str, Quantity]]) -> Figure:
     wide = style.WIDTH * min(1.0, max(0.62, 0.25 * len(runs)))
-    figure, (axes,) = style.sheet(2.7, 1, len(quantities), width=wide, squeeze=False)
+    rows, columns = (1, len(quantities)) if len(runs) <= _BESIDE else (len(quantities), 1)
+    height = 2.7 + (_PER_LETTER * max(len(style.label(name)) for name in runs) if _crowded(runs) else 0.0)
+    figure, axes = style.sheet(height * rows, rows, columns, width=wide, squeeze=False)
     printed = False
-    for ax, (text, metric, quantity) in zip(axes, quantities, strict=True):
+    for ax, (text, metric, quantity) in zip(axes.flat, quantities, strict=True):
         printed |= _panel(ax, runs, metric, quantity)
         ax.set_ylabel(text)
     handles: list[Any] = [
@@ -105,6 +113,12 @@ def _figure(runs: Mapping[str, Run], quantities: list[tuple[str, str, Quantity]]
     return figure
 
 
+def _crowded(runs: Mapping[str, Run]) -> bool:
+    """Whether names have to lean, so that none stands on another."""
+    longest = max((len(style.label(name)) for name in runs), default=0)
+    return longest * len(runs) > (50 if len(runs) <= _BESIDE else 100)
+
+
 def _panel(ax: Axes, runs: Mapping[str, Run], metric: str, quantity: Quantity) -> bool:
     """One panel; whether it shows a number of the paper's."""
     colour = style.colours(runs)
@@ -116,7 +130,7 @@ def _panel(ax: Axes, runs: Mapping[str, Run], metric: str, quantity: Quantity) -
             else quantity(run.log.isel(time=np.flatnonzero(in_phase(run.log, "slide"))))
         )
         if values.size:
-            _box(ax, place, values, colour[name])
+            _box(ax, place, values, colour[name], numbered=len(runs) <= _NUMBERED)
         else:
             text = run.mark or "no data"
             shade = style.FAILURE if run.failed else style.TRUTH
@@ -135,7 +149,7 @@ def _panel(ax: Axes, runs: Mapping[str, Run], metric: str, quantity: Quantity) -
             )
             printed = True
     names = [style.label(name) for name in runs]
-    crowded = max(map(len, names), default=0) * len(names) > 50
+    crowded = _crowded(runs)
     ax.set_xticks(range(len(runs)), names, rotation=30 if crowded else 0, ha="right" if crowded else "center")
     ax.set_xlim(-0.65, len(runs) - 0.2)
     ax.tick_params(axis="x", length=0)
@@ -146,7 +160,7 @@ def _panel(ax: Axes, runs: Mapping[str, Run], metric: str, quantity: Quantity) -
     return printed
 
 
-def _box(ax: Axes, place: int, values: np.ndarray, colour: str) -> None:
+def _box(ax: Axes, place: int, values: np.ndarray, colour: str, numbered: bool) -> None:
     low, first, median, third, high = np.percentile(values, [WHISKERS[0], 25, 50, 75, WHISKERS[1]])
     edge = {"color": style.DARK, "linewidth": 0.8}
     ax.bxp(
@@ -161,6 +175,8 @@ def _box(ax: Axes, place: int, values: np.ndarray, colour: str) -> None:
         whiskerprops=edge,
         capprops=edge,
     )
+    if not numbered:
+        return
     words = f"{median:.3f}".replace("-", "\N{MINUS SIGN}")
     beside = {"textcoords": "offset points", "xytext": (2, 0), "va": "center", "fontsize": 6.5}
     ax.annotate(words, (place + 0.5 * _BOX, median), color=style.DARK, **beside)

@@ -192,13 +192,15 @@ _SHOWN: dict[str, Callable[[str], None]] = {
 }
 
 
-def report(folder: Folder) -> None:
+def report(folder: Folder) -> int:
     """Write a folder's report and figures anew, from its logs alone.
+
+    The exit code is 1 when something failed, which failed.txt names.
 
     Examples:
         skylimb report out/demo
     """
-    score(folder)
+    return score(folder)
 
 
 def score(folder: Folder, *, use: Use = ()) -> int:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from skylimb.base.errors import ConfigError
+from skylimb.base.errors import AllocationError, ConfigError
 from skylimb.base.rotations import rot_z
 from skylimb.control.planning.posture import posture_family, standing
 from skylimb.control.planning.posture_path import PostureConfig, posture_path
@@ -23,6 +23,13 @@ LONGEST = 600.0
 
 _KNOT = 0.1
 """Time between two knots at which vectoring angles are sought, s."""
+
+_OTHER_WAY = {
+    "torque": "go another way there (posture.waypoints)",
+    "contact": "from the angles for contact there may be no way where there is one from those for torque "
+    '(controller.allocation.vectoring.purpose = "torque"); or go another one (posture.waypoints)',
+}
+"""What else there is, by the purpose of the angles at the beginning."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +71,7 @@ def posture_plan(config: PostureConfig, robot: Robot, purpose: str = "torque") -
 
     Raises:
         ConfigError: when the way through the postures takes too long, or as `posture_path` does.
+        AllocationError: when no vectoring angles lead along it, with what else there is.
     """
     joint_angles, vectoring_angles = nominal_posture(robot, purpose)
     path = posture_path(config, robot, joint_angles)
@@ -77,7 +85,11 @@ def posture_plan(config: PostureConfig, robot: Robot, purpose: str = "torque") -
         vectoring = np.repeat(vectoring, len(knots), axis=0)
     elif path.duration > 0.0:
         postures = tuple(map(tuple, path.sample(knots[1:]).tolist()))
-        vectoring = np.vstack([vectoring_angles, _along(robot, postures, tuple(vectoring_angles.tolist()))])
+        try:
+            found = _along(robot, postures, tuple(vectoring_angles.tolist()))
+        except AllocationError as error:
+            raise AllocationError(f"{error}; {_OTHER_WAY[purpose]}") from error
+        vectoring = np.vstack([vectoring_angles, found])
     require_heading(robot, path.sample(knots), vectoring, "on the way through posture.waypoints")
     nominal = robot.at(joint_angles, vectoring_angles)
     # Without jumps by a turn: between two knots one would be a turn of the body.

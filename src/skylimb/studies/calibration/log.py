@@ -165,8 +165,13 @@ def _wild(frames: np.ndarray) -> np.ndarray:
     return (beside > _WILD * np.maximum(usual, SAME)).any(axis=1)
 
 
-def free_pieces(run: Run, dt: float) -> tuple[tuple[int, int], ...]:
-    """First and last tick (not included) of every part in which nothing is to touch.
+def free_pieces(run: Run, dt: float, follows: np.ndarray) -> tuple[tuple[int, int], ...]:
+    """First and last tick (not included) of every part that is free, its thrusts known.
+
+    Args:
+        run: what was flown.
+        dt: control period, s.
+        follows: whether the motors follow at each tick.
 
     Raises:
         ConfigError: when something was touched there, when robot or sensors became others in between, or
@@ -185,12 +190,14 @@ def free_pieces(run: Run, dt: float) -> tuple[tuple[int, int], ...]:
             at = float(log["time"].values[touched[0]])
             raise ConfigError(f"the flight of '{run.name}' touched something at {at:.3f} s in free flight")
     margin = round(MARGIN / dt)
-    pieces = [(begin + margin, end - margin) for begin, end in stretches(free)]
+    pieces = [(begin + margin, end - margin) for begin, end in stretches(free & follows)]
     pieces = [piece for piece in pieces if (piece[1] - piece[0]) * dt >= SHORTEST_PIECE]
     found = sum(b - a for a, b in pieces) * dt
     if found < SHORTEST - 2.0 * MARGIN:
+        lost = float(np.count_nonzero(free & ~follows)) * dt
+        why = f"; in {lost:.3g} s of it the motors could not follow what was commanded" if lost else ""
         raise ConfigError(
-            f"the log has {found:.3g} s of free flight; a calibration needs {SHORTEST:g} s at least"
+            f"the log has {found:.3g} s of free flight; a calibration needs {SHORTEST:g} s at least{why}"
         )
     _require_one_robot(run, float(log["time"].values[pieces[0][0]]), float(log["time"].values[pieces[-1][1]]))
     return tuple(pieces)

@@ -23,6 +23,7 @@ from skylimb.studies.calibration.log import (
     require_believable,
 )
 from skylimb.studies.calibration.mechanics import mechanics
+from skylimb.studies.calibration.motors import followed
 from skylimb.studies.calibration.steps import Steps
 
 _LONGEST_STEP = 0.0101
@@ -53,6 +54,7 @@ class Record:
         flat: mechanics at every tick, packed.
         wheels: spin J Omega of every rotor over the root of its thrust, N m s / sqrt(N), (n,); zeros where
             the flight's rotors have no inertia.
+        unfollowed: time that is not used because motors could not follow, s; see `followed`.
     """
 
     robot: Robot
@@ -67,6 +69,7 @@ class Record:
     command: np.ndarray
     flat: np.ndarray
     wheels: np.ndarray
+    unfollowed: float
 
     @property
     def step(self) -> float:
@@ -213,7 +216,8 @@ def record_of(run: Run, robot: Robot) -> Record:
     columns, dt = columns_of(run, robot)
     fresh = fresh_frames(columns, dt)
     require_believable(run, robot, dt)
-    pieces = free_pieces(run, dt)
+    follows = followed(columns[COMMAND], dt, robot) | _idle(run)
+    pieces = free_pieces(run, dt, follows)
     # Where there is no frame, any pose will do.
     position = np.where(fresh[:, None], columns[POSITION], 0.0)
     quaternion = np.where(fresh[:, None], columns[QUATERNION], [1.0, 0.0, 0.0, 0.0])
@@ -238,15 +242,20 @@ def record_of(run: Run, robot: Robot) -> Record:
         columns[COMMAND],
         mechanics(robot, angles, rates),
         _wheels(run, robot),
+        float(np.count_nonzero(~follows)) * dt,
     )
 
 
 def _wheels(run: Run, robot: Robot) -> np.ndarray:
     """Of the rotors, as the robot's file describes them; a simulation may take their inertia away."""
-    idle = run.tables.get("plant", {}).get("rotors") == "thrust"
-    inertias = np.array([0.0 if idle else rotor.inertia or 0.0 for rotor in robot.description.rotors])
+    inertias = np.array([0.0 if _idle(run) else rotor.inertia or 0.0 for rotor in robot.description.rotors])
     factors = np.array([rotor.thrust_factor or np.inf for rotor in robot.description.rotors])
     return np.array([rotor.spin for rotor in robot.description.rotors]) * inertias / np.sqrt(factors)
+
+
+def _idle(run: Run) -> bool:
+    """Whether the flight's rotors have no inertia, and so follow anything."""
+    return run.tables.get("plant", {}).get("rotors") == "thrust"
 
 
 def _in_step(fresh: np.ndarray, dt: float) -> tuple[int, np.ndarray]:

@@ -103,6 +103,12 @@ def write_calibration(made: Calibration, folder: str | Path, flown: Run | None =
 def _page(made: Calibration, figures: Path, captions: dict[str, str], flown: Run | None) -> str:
     estimate, flight = made.estimate, made.flight
     before = float(np.sqrt(np.mean(estimate.before**2)))
+    unfollowed = (
+        f" Another {flight['seconds_unfollowed']:g} s, in which motors could not follow what was commanded, "
+        "are not used: their thrusts are not known."
+        if flight["seconds_unfollowed"]
+        else ""
+    )
     return render_page(
         TEMPLATE,
         title=f"Calibration of {made.robot}",
@@ -111,7 +117,7 @@ def _page(made: Calibration, figures: Path, captions: dict[str, str], flown: Run
             f"From {flight['seconds']:g} s of '{flight['experiment']}' flown by '{flight['controller']}', "
             f"{flight['frames']} frames of the motion capture ({flight['frames_left_out']} left out). What a "
             f"frame differs from its prediction was {before:.2f} times the noise with what was believed "
-            f"before, and is {made.left:.2f} times with the estimate."
+            f"before, and is {made.left:.2f} times with the estimate.{unfollowed}"
         ),
         rows=rows_of(made),
         with_truth=made.truth is not None,

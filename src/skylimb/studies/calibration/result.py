@@ -169,6 +169,7 @@ def calibration_of(run: Run, record: Record, estimate: Estimate) -> Calibration:
         "controller": run.controller,
         "seed": int(attrs.get("seed", 0)),
         "seconds": round(record.duration, 3),
+        "seconds_unfollowed": round(record.unfollowed, 3),
         "frames": len(estimate.times),
         "frames_left_out": estimate.left_out,
     }

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from skylimb.base.keys import files_of
+from skylimb.base.sources import Source, content_of
 from skylimb.base.user_modules import load_module, sources_of_module
 from skylimb.flight.experiments.experiment import Experiment
 
@@ -18,17 +19,43 @@ def file_digests(experiments: Sequence[Experiment]) -> dict[str, str]:
 
 def files_read(experiments: Sequence[Experiment]) -> dict[str, set[str]]:
     """The digests of all files that experiments read under each of these keys."""
-    read: dict[str, set[str]] = {}
+    return {key: {source.digest for source in sources} for key, sources in sources_read(experiments).items()}
+
+
+def sources_read(experiments: Sequence[Experiment]) -> dict[str, list[Source]]:
+    """The files themselves."""
+    read: dict[str, list[Source]] = {}
     for experiment in experiments:
         for key, owner in files_of(experiment):
             if key != "robot":
-                read.setdefault(key, set()).update(source.digest for source in owner.sources)
+                read.setdefault(key, []).extend(owner.sources)
     return read
 
 
 def code_digest(path: Path) -> str:
     """Digest of a user's Python file, and of the modules that it imports from its own folder."""
-    return one_digest([source.digest for source in sources_of_module(load_module(path, ()))])
+    return one_digest([source.digest for source in code_sources(path)])
+
+
+def code_sources(path: Path) -> tuple[Source, ...]:
+    """These files themselves."""
+    return sources_of_module(load_module(path, ()))
+
+
+def by_path(sources: Iterable[Source]) -> dict[str, str]:
+    """Where each file of a user's lies -> its digest."""
+    return {source.path.as_posix(): source.digest for source in sources if not source.shipped}
+
+
+def changed_files(read: Mapping[str, str]) -> str:
+    """Which files are others than they were read, for the end of a sentence; nothing where none is known."""
+    now = {name: content_of(Path(name)) for name in read}
+    changed = [
+        f"'{name}' {'has changed' if content is not None else 'is not there any more'}"
+        for name, content in now.items()
+        if content is None or hashlib.sha256(content).hexdigest() != read[name]
+    ]
+    return f" ({', '.join(changed)})" if changed else ""
 
 
 def one_digest(digests: Sequence[str]) -> str:

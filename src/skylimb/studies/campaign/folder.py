@@ -18,6 +18,7 @@ from skylimb.analysis.recording import LOG_FILE
 from skylimb.base.config import read_toml, write_toml
 from skylimb.base.errors import ConfigError, OutputError
 from skylimb.base.files import new_folder
+from skylimb.studies.campaign.digests import changed_files
 from skylimb.studies.campaign.frozen import Campaign, campaign_from_mapping, differences
 
 SPEC_FILE = "spec.toml"
@@ -41,14 +42,16 @@ def begin_folder(folder: Path, campaign: Campaign, resume: bool) -> None:
     """
     if not folder.exists():
         with new_folder(folder) as aside:
-            (aside / SPEC_FILE).write_text(write_toml(campaign.to_mapping()), encoding="utf-8")
+            (aside / SPEC_FILE).write_text(write_toml(campaign.tables), encoding="utf-8")
         return
     if not resume:
         hint = "; --resume goes on with it" if (folder / SPEC_FILE).is_file() else ""
         raise OutputError(f"output folder '{folder}' exists already{hint}")
-    changes = differences(load_campaign(folder).to_mapping(), campaign.to_mapping())
+    begun = load_campaign(folder)
+    changes = differences(begun.to_mapping(), campaign.to_mapping())
     if changes:
         more = f"; and {len(changes) - 8} more" if len(changes) > 8 else ""
+        more += changed_files(begun.read)
         raise OutputError(
             f"'{folder}' was begun with another campaign: {'; '.join(changes[:8])}{more}. "
             "Nothing was touched; choose another folder, or take the change back"

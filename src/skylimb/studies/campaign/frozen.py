@@ -25,14 +25,20 @@ from skylimb.control.controller import (
     load_controller,
 )
 from skylimb.control.corrections import read_corrections, with_corrections
-from skylimb.control.laws.preset import law_folder, preset_mapping, preset_names
-from skylimb.control.laws.slots import SLOTS, law_file
+from skylimb.control.laws.preset import preset_mapping, preset_names
 from skylimb.control.laws.traced_step import traced_step
 from skylimb.flight.experiments.experiment import Experiment, experiment_from_mapping, experiment_tables
 from skylimb.flight.flight_run import config_units
 from skylimb.robots.loader import load_robot
 from skylimb.robots.model import Robot
-from skylimb.studies.campaign.digests import code_digest, file_digests, one_digest
+from skylimb.studies.campaign.code import code_files, law_digests
+from skylimb.studies.campaign.digests import (
+    by_path,
+    code_digest,
+    code_sources,
+    file_digests,
+    sources_read,
+)
 from skylimb.studies.campaign.draws import GAIN, Draw, changed, draw
 from skylimb.studies.campaign.reading import FROZEN, spec_from_mapping
 from skylimb.studies.campaign.spec import CampaignSpec
@@ -46,6 +52,9 @@ _RESOLVED = ("purpose", "robots", "versions", "experiment", "controllers", "use"
 CHECKED_DRAWS = 20_000
 """Draws that are checked before take-off; later ones are checked when they are flown."""
 
+
+_DIGEST = 64
+"""Digits of a digest, which nobody reads to the end."""
 
 _CHECKED_GAINS = 64
 """Draws of gains with which each controller is made before take-off."""
@@ -66,6 +75,8 @@ class Campaign:
         use: files with metrics of the user's -> digest.
         files: keys of the experiment that name a file (a drawing, a height map, a mesh) -> digest of what the
             draws may read.
+        read: the user's files that these digests are of -> digest of each, so that one that changes is named.
+            They are no part of what makes two campaigns the same: a folder that was moved has others.
     """
 
     spec: CampaignSpec
@@ -76,6 +87,7 @@ class Campaign:
     purpose: str = "campaign"
     use: dict[str, str] = field(default_factory=dict)
     files: dict[str, str] = field(default_factory=dict)
+    read: dict[str, str] = field(default_factory=dict)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -131,15 +143,21 @@ class Campaign:
         return {key: known[table] for key, table in whole.items() if table in known}
 
     def to_mapping(self) -> dict[str, Any]:
-        """What the folder's spec.toml holds: the spec, and a table with all that was resolved."""
+        """What makes two campaigns the same: the spec, and a table with all that was resolved."""
         resolved = {name: getattr(self, name) for name in _RESOLVED}
         frozen = {name: value for name, value in resolved.items() if value or name not in ("use", "files")}
         return {**self.spec.to_mapping(), FROZEN: {"format": FORMAT_VERSION, **frozen}}
 
     @property
+    def tables(self) -> dict[str, Any]:
+        """What the folder's spec.toml holds: that, and which files were read."""
+        mapping = self.to_mapping()
+        return {**mapping, FROZEN: {**mapping[FROZEN], "read": self.read}} if self.read else mapping
+
+    @property
     def text(self) -> str:
         """The same as JSON: what a worker on any machine needs to know."""
-        return json.dumps(self.to_mapping())
+        return json.dumps(self.tables)
 
 
 def freeze(spec: CampaignSpec, purpose: str = "campaign") -> Campaign:
@@ -162,7 +180,13 @@ def freeze(spec: CampaignSpec, purpose: str = "campaign") -> Campaign:
     digests = {name: robot.description.digest for name, robot in robots.items()}
     use = {file: code_digest(metric_file(file)) for file in spec.use}
     campaign = Campaign(spec, tables, controllers, digests, computing_versions(), purpose, use)
-    campaign = dataclasses.replace(campaign, files=file_digests(possible(campaign)))
+    experiments = possible(campaign)
+    read = [
+        *(source for robot in robots.values() for source in robot.description.sources),
+        *(source for sources in sources_read(experiments).values() for source in sources),
+        *(source for file in code_files(use, controllers, spec) for source in code_sources(file)),
+    ]
+    campaign = dataclasses.replace(campaign, files=file_digests(experiments), read=by_path(read))
     for index in range(min(spec.draws, CHECKED_DRAWS)):
         campaign.experiment_of(campaign.draw(index))
     _require_controllers(campaign, robots.values())
@@ -218,7 +242,7 @@ def campaign_from_mapping(mapping: Mapping[str, Any], where: str) -> Campaign:
             f"{where} has folder format {frozen['format']}, this skylimb has {FORMAT_VERSION}: fly anew, "
             "into another folder"
         )
-    resolved = {name: frozen[name] for name in _RESOLVED if name in frozen}
+    resolved = {name: frozen[name] for name in (*_RESOLVED, "read") if name in frozen}
     return Campaign(spec_from_mapping(mapping, where), **resolved)
 
 
@@ -235,6 +259,8 @@ def differences(begun: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
 
 def _shown(value: Any) -> str:
     text = "nothing" if value is None else repr(value)
+    if isinstance(value, str) and len(value) == _DIGEST:
+        return f"{value[:8]}..."
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
@@ -261,22 +287,3 @@ def _controller(name: str, spec: CampaignSpec) -> dict[str, Any]:
         "preset": mapping,
     }
     return {**entry, "code": laws} if laws else entry
-
-
-def law_digests(preset: Mapping[str, Any], path: Path, spec: CampaignSpec) -> dict[str, str]:
-    """Digest of the user's laws in each slot that has any."""
-    return {
-        slot: one_digest([code_digest(file) for file in files])
-        for slot in SLOTS
-        if (files := _law_files(slot, preset.get(slot), path, spec))
-    }
-
-
-def _law_files(slot: str, table: Any, preset: Path, spec: CampaignSpec) -> list[Path]:
-    """The user's files of the laws that draws fly in a slot: those that are drawn, else the preset's own."""
-    key = f"{GAIN}{slot}.law"
-    drawn = key in spec.vary and preset.stem in spec.only.get(key, (preset.stem,))
-    own = [table["law"]] if isinstance(table, dict) and "law" in table else []
-    laws = spec.vary[key].extremes() if drawn else own
-    files = (law_file(slot, str(name), law_folder(preset)) for name in laws)
-    return [file for file in files if file is not None]

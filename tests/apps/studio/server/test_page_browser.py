@@ -463,6 +463,26 @@ def test_an_svg_file_is_drawn(page: sync_api.Page, studio: Any) -> None:
     assert (studio.session.out / "drawings" / "drawing-1.svg").read_bytes() == svg
 
 
+def test_no_words_and_the_back_of_the_surface_say_why_nothing_is_drawn(page: sync_api.Page) -> None:
+    page.get_by_role("tab", name="Draw").click()
+    page.locator("#draw-words").fill("  ")
+    page.get_by_role("button", name="Write", exact=True).click()
+    page.get_by_text("There are no words to write yet").wait_for()
+    seen_from = """(side) => {
+      const s = skylimbStudio, t = s.sceneView, was = t.camera.clone();
+      const at = (x) => s.figures[0].drawn.localToWorld(was.position.clone().set(x, 0.01, 0.02));
+      t.camera.position.copy(at(side)); t.camera.lookAt(at(0));
+      const { left, top, width, height } = t.renderer.domElement.getBoundingClientRect();
+      const begun = s.drawingTool.grab({ clientX: left + width / 2, clientY: top + height / 2 });
+      s.drawingTool.clear();
+      t.camera.copy(was);
+      return begun;
+    }"""
+    assert page.evaluate(seen_from, -1.0)
+    assert not page.evaluate(seen_from, 1.0)  # it left a stroke that nobody saw, at the front
+    page.get_by_text("This is the surface's back").wait_for()
+
+
 def test_a_page_of_another_site_is_refused(studio: Any, browser: sync_api.Browser) -> None:
     page = browser.new_page()
     page.goto("data:text/html,<p>another site</p>")

@@ -17,7 +17,9 @@ Some directions of the loop are neutral by design, with an eigenvalue of one: on
 anywhere on it, and the anchor of the centre of gravity anywhere along the contact axis, while the arm makes
 up the rest. They are counted, not judged.
 
-Where a value stands exactly on a limit (a pace of one), the derivative is half of that beside it.
+Where a value stands exactly on a limit (a pace of one), the derivative is half of that beside it. Where the
+path rests, the length of its velocity has no derivative, and that by clock and pace is no number: these
+columns are differences. They are zero, as a reference that stays depends on no clock.
 """
 
 from __future__ import annotations
@@ -39,6 +41,9 @@ from skylimb.studies.verification.stability.point import OperatingPoint
 
 NEUTRAL = 1e-5
 """Eigenvalues as near to one as this are neutral: a growth of 0.002 1/s."""
+
+_ASIDE = 2.0**-20
+"""Of a state whose derivative has a column that is no number: a tick, or a pace."""
 
 
 @dataclass(frozen=True)
@@ -164,12 +169,19 @@ def linearise(point: OperatingPoint) -> ClosedLoop:
 def loop_parts(point: OperatingPoint) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """K_x, K_s, S_x and S_s of the tick at a point; x is the plant's tangent state, s the tick's own."""
     data, m = point.data(), len(point.state)
-    J = np.asarray(
-        tick_jacobian(point.tick.function)(
-            point.state, data.qpos, data.qvel, data.act, data.history, point.row,
-            point.references.ravel(), point.gains, point.tick.rotors,
-        )
-    )  # fmt: skip
+    plant = data.qpos, data.qvel, data.act, data.history
+    known = point.row, point.references.ravel(), point.gains, point.tick.rotors
+    J = np.array(tick_jacobian(point.tick.function)(point.state, *plant, *known))
+
+    def flown(state: np.ndarray) -> np.ndarray:
+        """Next state, controls and joint forces."""
+        after, controls, _, forces = point.tick.function(state, *plant, *known)
+        return np.concatenate([np.asarray(after), np.asarray(controls), np.asarray(forces)]).ravel()
+
+    for column in np.flatnonzero(np.isnan(J[:, :m]).any(axis=0)):
+        aside = np.zeros(m)
+        aside[column] = _ASIDE
+        J[:, column] = (flown(point.state + aside) - flown(point.state - aside)) / (2.0 * _ASIDE)
     by_state, by_plant = J[:, :m], J[:, m:] @ _to_outputs(point.plant.model, point.qpos)
     return by_plant[m:], by_state[m:], by_plant[:m], by_state[:m]
 
