@@ -26,6 +26,7 @@ class BelievedPose(NamedTuple):
         measurement: with the pose as measured, or the model's in its place.
         fault: of the pose, a number as in `gates.FAULTS`.
         good: 1 where it is the measured one.
+        changed: 1 where that is another one than before.
         stale: 1 where no pose was believed for too long.
         started: 1 once one was.
         clocks: of this tick, as far as they are of poses.
@@ -35,6 +36,7 @@ class BelievedPose(NamedTuple):
     measurement: Measurement
     fault: Any
     good: Any
+    changed: Any
     stale: Any
     started: Any
     clocks: Clocks
@@ -84,4 +86,4 @@ def believe_pose(
     started = where(watch.started + new > 0.5, 1.0, 0.0)
     clocks = clocks._replace(unseen=unseen, usual=usual, back=back, same=same, strange=strange)
     believed = measured._replace(capture_age=age, **pose)
-    return BelievedPose(believed, fault, good, stale, started, clocks, twist)
+    return BelievedPose(believed, fault, good, changed, stale, started, clocks, twist)
