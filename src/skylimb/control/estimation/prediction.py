@@ -34,9 +34,9 @@ from skylimb.symbolic import Array, cross, dot, low_pass, right_inverse, stack, 
 _FILTER = AngleRateFilter()
 _OBSERVER = numeric(ObserverGains((10.0, 10.0, 10.0), (10.0, 10.0, 10.0)))
 
-_MEAN, _VELOCITY = 3.0, 10.0
-"""Poles of the wrench and of the velocity that a blind flight begins with, 1/s: one measurement's noise, or a
-velocity that is differenced, would lead it astray."""
+_MEAN, _VELOCITY, _RATES = 3.0, 10.0, 40.0
+"""Poles of the wrench, the velocity and the rates that a blind flight begins with, 1/s: one measurement's
+noise, or a velocity that is differenced, would lead it astray."""
 
 
 class Motion(NamedTuple):
@@ -118,7 +118,13 @@ def shown(state: Prediction, model: RobotState, n_joints: int, speeds: Array) ->
 
 
 def seen(
-    state: Prediction, measurement: Measurement, body: BodyState, speeds: Array, axis: Array, pose: Any, dt: float
+    state: Prediction,
+    measurement: Measurement,
+    body: BodyState,
+    speeds: Array,
+    axis: Array,
+    pose: Any,
+    dt: float,
 ) -> Prediction:
     """The prediction that knows this tick's measurement.
 
@@ -128,19 +134,20 @@ def seen(
         body: its state by that.
         speeds: of joint and vectoring angles, rad/s.
         axis: into the surface, W, (3,); 0 where nothing is to touch.
-        pose: 1 while poses are believed, else 0, and then the mean wrench goes on to act; and 1 where this one
-            is another than before: until the next one comes the robot goes on as the model says, (2,).
+        pose: 1 while poses are believed, else 0, and then the mean wrench goes on to act; and 1 where this
+            one is another than before: until the next one comes the robot goes on as the model says, (2,).
         dt: control period, s.
     """
     observer, wrench = observe(_OBSERVER, state.observer, body, dt)
     rubs = slip_wrench(body, speeds, measurement.joint_angles.shape[0], state.mean[0:3], axis, dt)
     mean = where(pose[0] > 0.5, low_pass(state.mean, stack(*wrench) - rubs, _MEAN, dt), state.mean)
     felt = where(pose[0] > 0.5, stack(*wrench), mean + rubs)
+    rates = body.model.R_root_C @ body.angular_velocity
     came = Motion(
         position=body.position,
         velocity=low_pass(state.motion.velocity, body.velocity, _VELOCITY, dt),
         quaternion=measurement.quaternion,
-        angular_velocity=body.model.R_root_C @ body.angular_velocity,
+        angular_velocity=low_pass(state.motion.angular_velocity, rates, _RATES, dt),
     )
     observer = observer._replace(force=felt[0:3], torque=felt[3:6])
     motion = chosen(pose[1] > 0.5, came, state.motion)

@@ -1,8 +1,7 @@
 """Friction on a pen that slides while nobody sees it.
 
-Coulomb friction goes with the way of the tip, not with the way that the path has: a tip that drifts off its
-path at a right angle is held back by F v_drift / v_path, as by a damper. So a prediction whose wrench stays as
-it was drifts off twice as far as the robot does. Here
+Coulomb friction goes with the way of the tip, not with that of its path: a tip that drifts across its path is
+held back by F v_drift / v_path, as by a damper. A prediction without that goes astray twice as far. Here
 
     f = -mu n v / (|v|^2 + v_0^2)^(1/2),
 
@@ -11,8 +10,6 @@ twice of it predicts nearly as well, as a wrench that is felt with it has the re
 """
 
 from __future__ import annotations
-
-from typing import Any
 
 from skylimb.control.estimation.body_state import BodyState
 from skylimb.symbolic import Array, clip, cross, dot, stack

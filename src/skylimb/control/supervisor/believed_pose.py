@@ -77,12 +77,14 @@ def believe_pose(
         limits, watch.twist, measured, watch.before, predicted, sane, changed, watch.started, dt
     )
     sensed = measured._replace(velocity=velocity, angular_velocity=rates)
+    # A frame that is the last one to the bit shows nothing, whatever its stamp says.
+    shows = good * (1.0 - over(same, 0.0) * watch.flags.pose)
     pose = {
-        name: where(good > 0.5, getattr(sensed, name), getattr(predicted, name))
+        name: where(shows > 0.5, getattr(sensed, name), getattr(predicted, name))
         for name in Measurement._fields[:4]
     }
     # Where the pose is the model's, no frame is seen: who has an IMU goes on by that.
-    age = where(good * within(measured.capture_age, 0.0, UNSEEN) > 0.5, measured.capture_age, UNSEEN)
+    age = where(shows * within(measured.capture_age, 0.0, UNSEEN) > 0.5, measured.capture_age, UNSEEN)
     started = where(watch.started + new > 0.5, 1.0, 0.0)
     clocks = clocks._replace(unseen=unseen, usual=usual, back=back, same=same, strange=strange)
     believed = measured._replace(capture_age=age, **pose)
