@@ -164,6 +164,27 @@ def test_poses_that_do_not_differ_by_a_bit_are_none_whatever_their_stamps_say() 
     assert set(Hover().modes([True] * 4, frozen=True)) == {NORMAL}
 
 
+@pytest.mark.parametrize("frozen", [True, False])
+def test_what_stands_in_for_poses_goes_on_from_the_last_one_that_was_another(frozen: bool) -> None:
+    """A frozen capture was believed for 50 ms, and the robot to be where it was then."""
+    hover, speed = Hover(), np.array([0.0, 0.5, 0.0])
+    for k in range(5 * WARM):
+        if k % 2 == 0:
+            frame = hover.frame()
+            hover.seen = frame._replace(position=DT * k * speed + [0.0, 0.0, 1.0], velocity=speed)
+        hover.halves.look(Flags(pose=float(k % 2 == 0)), hover.seen, hover.reference)
+        hover.halves.act(HOVER)
+    last, far = 5 * WARM - 2, []
+    for k in range(5 * WARM, 5 * WARM + 20):
+        hover.halves.look(Flags(pose=float(frozen and k % 2 == 0)), hover.seen, hover.reference)
+        hover.halves.act(HOVER)
+        far.append(hover.halves.sight.measurement.position[1] - DT * last * speed[1])
+    # Frames with new stamps that show nothing new are flown by for no longer than one is waited for.
+    assert far[1] == pytest.approx(0.0, abs=2e-3)
+    np.testing.assert_allclose(far[4:10], (np.arange(4, 10) + 2) * DT * 0.5, atol=2e-3)
+    assert far[-1] == pytest.approx(21 * DT * 0.5, abs=4e-3)
+
+
 @pytest.mark.parametrize("axis", [1, 2, 3])
 def test_a_robot_that_is_seen_to_have_tipped_over_stops(axis: int) -> None:
     """About its contact axis or across it; a heading may be any."""

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from skylimb.base.packing import numeric
+from skylimb.base.packing import chosen, numeric
 from skylimb.base.rotations import quaternion_product, rotation_from_quaternion
 from skylimb.control.estimation.body_state import (
     AngleRateFilter,
@@ -26,6 +26,7 @@ from skylimb.control.estimation.momentum_observer import (
     observe,
 )
 from skylimb.control.estimation.records import BodyState, Measurement
+from skylimb.control.estimation.slip import slip_wrench
 from skylimb.robots.model import Robot
 from skylimb.robots.posed import RobotState
 from skylimb.symbolic import Array, cross, dot, low_pass, right_inverse, stack, vector, where
@@ -33,9 +34,9 @@ from skylimb.symbolic import Array, cross, dot, low_pass, right_inverse, stack, 
 _FILTER = AngleRateFilter()
 _OBSERVER = numeric(ObserverGains((10.0, 10.0, 10.0), (10.0, 10.0, 10.0)))
 
-_MEAN, _VELOCITY = 3.0, 10.0
-"""Poles of the wrench and of the velocity that a blind flight begins with, 1/s: one measurement's noise, or a
-velocity that is differenced, would lead it astray."""
+_MEAN, _VELOCITY, _RATES = 3.0, 10.0, 40.0
+"""Poles of the wrench, the velocity and the rates that a blind flight begins with, 1/s: one measurement's
+noise, or a velocity that is differenced, would lead it astray."""
 
 
 class Motion(NamedTuple):
@@ -62,7 +63,8 @@ class Prediction(NamedTuple):
         angles: joint and vectoring angles that were last believed, rad.
         rates: of these.
         observer: of the external wrench.
-        mean: of what it estimates, W and C, N and N m, (6,): while nobody sees the robot this goes on to act.
+        mean: of what it estimates beyond friction on the tip, W and C, N and N m, (6,): while nobody sees the
+            robot this goes on to act, and friction with it.
         delay: wrenches that no measurement has shown yet.
         thrusts: that the rotors make, behind their lag, N, (n,).
     """
@@ -115,39 +117,51 @@ def shown(state: Prediction, model: RobotState, n_joints: int, speeds: Array) ->
     )
 
 
-def seen(state: Prediction, body: BodyState, stale: Any, dt: float) -> Prediction:
+def seen(
+    state: Prediction,
+    measurement: Measurement,
+    body: BodyState,
+    speeds: Array,
+    axis: Array,
+    pose: Any,
+    dt: float,
+) -> Prediction:
     """The prediction that knows this tick's measurement.
 
     Args:
         state: of the last tick, with this tick's angles.
-        body: its state by the measurement of this tick, or in its place by what `shown` says.
-        stale: 1 where it is in its place: the mean wrench goes on to act.
+        measurement: of this tick, or in its place what `shown` says.
+        body: its state by that.
+        speeds: of joint and vectoring angles, rad/s.
+        axis: into the surface, W, (3,); 0 where nothing is to touch.
+        pose: 1 while poses are believed, else 0, and then the mean wrench goes on to act; and 1 where this
+            one is another than before: until the next one comes the robot goes on as the model says, (2,).
         dt: control period, s.
     """
     observer, wrench = observe(_OBSERVER, state.observer, body, dt)
-    mean = where(stale > 0.5, state.mean, low_pass(state.mean, stack(*wrench), _MEAN, dt))
-    observer = observer._replace(
-        force=where(stale > 0.5, mean[0:3], wrench.force), torque=where(stale > 0.5, mean[3:6], wrench.torque)
+    rubs = slip_wrench(body, speeds, measurement.joint_angles.shape[0], state.mean[0:3], axis, dt)
+    mean = where(pose[0] > 0.5, low_pass(state.mean, stack(*wrench) - rubs, _MEAN, dt), state.mean)
+    felt = where(pose[0] > 0.5, stack(*wrench), mean + rubs)
+    rates = body.model.R_root_C @ body.angular_velocity
+    came = Motion(
+        position=body.position,
+        velocity=low_pass(state.motion.velocity, body.velocity, _VELOCITY, dt),
+        quaternion=measurement.quaternion,
+        angular_velocity=low_pass(state.motion.angular_velocity, rates, _RATES, dt),
     )
-    return state._replace(observer=observer, mean=mean)
+    observer = observer._replace(force=felt[0:3], torque=felt[3:6])
+    motion = chosen(pose[1] > 0.5, came, state.motion)
+    return state._replace(observer=observer, mean=mean, motion=motion)
 
 
 def moved(
-    state: Prediction,
-    body: BodyState,
-    quaternion: Array,
-    thrusts: Array,
-    left: Array,
-    latency: Any,
-    lag: Any,
-    dt: float,
+    state: Prediction, body: BodyState, thrusts: Array, left: Array, latency: Any, lag: Any, dt: float
 ) -> Prediction:
     """The prediction for the next tick.
 
     Args:
         state: that knows this tick's measurement.
         body: by it.
-        quaternion: of the measured body.
         thrusts: that are commanded, N, (n,).
         left: share that each rotor makes of it, (n,).
         latency: of the sensors, s.
@@ -158,16 +172,15 @@ def moved(
     delay = remember(state.delay, known_wrench(body, rotor_wrench(body, 0.5 * left * (state.thrusts + made))))
     known = delayed_wrench(latency, delay, dt)
     observer = state.observer._replace(known_force=known.force, known_torque=known.torque)
-    model = body.model
-    velocity = low_pass(state.motion.velocity, body.velocity, _VELOCITY, dt)
+    model, last = body.model, state.motion
     push = (dt / model.mass) * (known.force + observer.force)
-    spin = dt * (right_inverse(model.inertia_C) @ (known.torque + observer.torque))
-    turn = model.R_root_C @ (dt * (body.angular_velocity + 0.5 * spin))
-    half = quaternion_product(quaternion, vector(1.0, 0.5 * turn[0], 0.5 * turn[1], 0.5 * turn[2]))
+    spin = model.R_root_C @ (dt * (right_inverse(model.inertia_C) @ (known.torque + observer.torque)))
+    turn = dt * (last.angular_velocity + 0.5 * spin)
+    half = quaternion_product(last.quaternion, vector(1.0, 0.5 * turn[0], 0.5 * turn[1], 0.5 * turn[2]))
     motion = Motion(
-        position=body.position + dt * (velocity + 0.5 * push),
-        velocity=velocity + push,
+        position=last.position + dt * (last.velocity + 0.5 * push),
+        velocity=last.velocity + push,
         quaternion=half / dot(half, half) ** 0.5,
-        angular_velocity=model.R_root_C @ (body.angular_velocity + spin),
+        angular_velocity=last.angular_velocity + spin,
     )
     return state._replace(motion=motion, observer=observer, delay=delay, thrusts=made)

@@ -13,7 +13,7 @@ from skylimb.control.supervisor.believed_pose import believe_pose
 from skylimb.control.supervisor.health import Health, examined, unexamined
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Watch
-from skylimb.control.supervisor.table import CUT, DESCEND
+from skylimb.control.supervisor.table import CUT, DESCEND, RETREAT
 from skylimb.robots.model import Robot
 from skylimb.symbolic import Array, max, stack, where, within
 
@@ -61,7 +61,10 @@ def believed(
     body = body_state(robot, belief, speeds)
     if limits.losses:
         watch, body = _upright(watch, body)
-    prediction = seen(prediction, body, pose.stale, dt)
+    # Friction is that of a mission: who is broken off leaves the surface.
+    touches = watch.asked.touch * within(watch.mode, 0.0, RETREAT - 0.5)
+    poses = stack(1.0 - pose.stale, pose.changed)
+    prediction = seen(prediction, belief, body, speeds, touches * watch.asked.contact_axis, poses, dt)
 
     # What has failed on it.
     watch, age = watch._replace(prediction=prediction), measured.capture_age

@@ -26,6 +26,7 @@ class BelievedPose(NamedTuple):
         measurement: with the pose as measured, or the model's in its place.
         fault: of the pose, a number as in `gates.FAULTS`.
         good: 1 where it is the measured one.
+        changed: 1 where that is another one than before.
         stale: 1 where no pose was believed for too long.
         started: 1 once one was.
         clocks: of this tick, as far as they are of poses.
@@ -35,6 +36,7 @@ class BelievedPose(NamedTuple):
     measurement: Measurement
     fault: Any
     good: Any
+    changed: Any
     stale: Any
     started: Any
     clocks: Clocks
@@ -59,7 +61,8 @@ def believe_pose(
     fault, strange = relocked(
         limits, fault, clocks.strange, measured, watch.before, predicted, clocks.unseen, dt
     )
-    same = where(same_pose(measured, watch.before) > 0.5, clocks.same + dt, 0.0)
+    kept = same_pose(measured, watch.before)
+    same, copied = where(kept > 0.5, clocks.same + dt, 0.0), kept * max(clocks.copied, watch.flags.pose)
     frozen = over(same, limits.frozen_after)
     new = within(fault, 0.0, 0.5) * (1.0 - frozen) * watch.flags.pose
     # A pose that stays as it is was not seen since it came.
@@ -70,18 +73,21 @@ def believe_pose(
     # An old pose is good until it is stale, as frames come more slowly than ticks.
     good = within(fault, 0.0, 0.5) * (1.0 - stale)
     back = where(stale * watch.started > 0.5, 0.0, clocks.back + dt)
-    sane, changed = within(fault, 0.0, 0.5), good * (1.0 - same_pose(measured, watch.before))
+    sane, changed = within(fault, 0.0, 0.5), good * (1.0 - kept)
     twist, velocity, rates = check_twist(
         limits, watch.twist, measured, watch.before, predicted, sane, changed, watch.started, dt
     )
     sensed = measured._replace(velocity=velocity, angular_velocity=rates)
+    # Frames that show what the last one did show nothing, whatever their stamps say. Who knows no stamps
+    # calls every tick's pose new, so that takes as long as one that is missing.
+    shows = good * (1.0 - over(same, limits.stale_after) * copied)
     pose = {
-        name: where(good > 0.5, getattr(sensed, name), getattr(predicted, name))
+        name: where(shows > 0.5, getattr(sensed, name), getattr(predicted, name))
         for name in Measurement._fields[:4]
     }
     # Where the pose is the model's, no frame is seen: who has an IMU goes on by that.
-    age = where(good * within(measured.capture_age, 0.0, UNSEEN) > 0.5, measured.capture_age, UNSEEN)
+    age = where(shows * within(measured.capture_age, 0.0, UNSEEN) > 0.5, measured.capture_age, UNSEEN)
     started = where(watch.started + new > 0.5, 1.0, 0.0)
-    clocks = clocks._replace(unseen=unseen, usual=usual, back=back, same=same, strange=strange)
+    clocks = clocks._replace(unseen=unseen, usual=usual, back=back, same=same, copied=copied, strange=strange)
     believed = measured._replace(capture_age=age, **pose)
-    return BelievedPose(believed, fault, good, stale, started, clocks, twist)
+    return BelievedPose(believed, fault, good, changed, stale, started, clocks, twist)

@@ -115,7 +115,6 @@ def after(
     prediction = moved(
         watch.prediction,
         sight.body,
-        sight.measurement.quaternion,
         command.thrusts,
         where(within(watch.mode, DESCEND, CUT) > 0.5, watch.loss.left, 1.0 + 0.0 * watch.loss.left),
         limits.latency + watch.late.late,
