@@ -62,7 +62,7 @@ def believe_pose(
         limits, fault, clocks.strange, measured, watch.before, predicted, clocks.unseen, dt
     )
     kept = same_pose(measured, watch.before)
-    same, copied = where(kept > 0.5, clocks.same + dt, 0.0), kept * max(clocks.copied, watch.flags.pose)
+    same = where(kept > 0.5, clocks.same + dt, 0.0)
     frozen = over(same, limits.frozen_after)
     new = within(fault, 0.0, 0.5) * (1.0 - frozen) * watch.flags.pose
     # A pose that stays as it is was not seen since it came.
@@ -78,16 +78,13 @@ def believe_pose(
         limits, watch.twist, measured, watch.before, predicted, sane, changed, watch.started, dt
     )
     sensed = measured._replace(velocity=velocity, angular_velocity=rates)
-    # Frames that show what the last one did show nothing, whatever their stamps say. Who knows no stamps
-    # calls every tick's pose new, so that takes as long as one that is missing.
-    shows = good * (1.0 - over(same, limits.stale_after) * copied)
     pose = {
-        name: where(shows > 0.5, getattr(sensed, name), getattr(predicted, name))
+        name: where(good > 0.5, getattr(sensed, name), getattr(predicted, name))
         for name in Measurement._fields[:4]
     }
     # Where the pose is the model's, no frame is seen: who has an IMU goes on by that.
-    age = where(shows * within(measured.capture_age, 0.0, UNSEEN) > 0.5, measured.capture_age, UNSEEN)
+    age = where(good * within(measured.capture_age, 0.0, UNSEEN) > 0.5, measured.capture_age, UNSEEN)
     started = where(watch.started + new > 0.5, 1.0, 0.0)
-    clocks = clocks._replace(unseen=unseen, usual=usual, back=back, same=same, copied=copied, strange=strange)
+    clocks = clocks._replace(unseen=unseen, usual=usual, back=back, same=same, strange=strange)
     believed = measured._replace(capture_age=age, **pose)
     return BelievedPose(believed, fault, good, changed, stale, started, clocks, twist)

@@ -54,7 +54,6 @@ class Clocks(NamedTuple):
         untold: since any came, s.
         unheard: since the IMU that the controller goes by said anything new, s.
         same: since the measured pose changed, s.
-        copied: 1 where another frame has come since that shows the same.
         strange: for which poses that jump have agreed with one another, s.
         without: ticks since the controller commanded.
     """
@@ -68,7 +67,6 @@ class Clocks(NamedTuple):
     untold: Any = 0.0
     unheard: Any = 0.0
     same: Any = 0.0
-    copied: Any = 0.0
     strange: Any = 0.0
     without: Any = 0.0
 

@@ -87,7 +87,7 @@ class Campaign:
     purpose: str = "campaign"
     use: dict[str, str] = field(default_factory=dict)
     files: dict[str, str] = field(default_factory=dict)
-    read: dict[str, str] = field(default_factory=dict)
+    read: dict[str, str] = field(default_factory=dict, compare=False)
 
     @property
     def names(self) -> tuple[str, ...]:
