@@ -24,8 +24,8 @@ from skylimb.analysis.recording.run import Run
 from skylimb.control.missions.excitation import ExcitationConfig, Sine
 from skylimb.flight.experiments.experiment import EXPERIMENTS, Experiment, experiment_with, load_experiment
 from skylimb.robots.loader import load_robot
-from skylimb.studies.calibration.estimate import USUAL_NOISE
 from skylimb.studies.calibration.fit import Fit
+from skylimb.studies.calibration.levels import USUAL_NOISE
 from skylimb.studies.calibration.parameters import Parameter, centers, scaled
 from skylimb.studies.calibration.record import record_of
 from skylimb.studies.calibration.result import true_values

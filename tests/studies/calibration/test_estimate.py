@@ -10,8 +10,9 @@ import pytest
 
 import skylimb
 from skylimb.robots.model import Robot
-from skylimb.studies.calibration.estimate import USUAL_NOISE, estimate
-from skylimb.studies.calibration.fit import Fit, robust_weights
+from skylimb.studies.calibration.estimate import estimate
+from skylimb.studies.calibration.fit import HUBER, Fit, robust_weights
+from skylimb.studies.calibration.levels import USUAL_NOISE
 from skylimb.studies.calibration.parameters import centers, slices, spreads
 from skylimb.studies.calibration.public import calibration_from
 from skylimb.studies.calibration.record import Record, record_of
@@ -49,9 +50,7 @@ def test_what_is_left_is_white_and_of_the_noises_size(made: Calibration) -> None
 
 
 def test_derivatives_are_exact(record: Record) -> None:
-    fit = Fit(
-        Record(**{**vars(record), "pieces": ((record.pieces[0][0] + 800, record.pieces[0][0] + 1200),)})
-    )
+    fit = cut(record, 800, 1200)
     theta = centers(fit.parameters) + 0.1 * spreads(fit.parameters)
     (steps,) = fit.steps(theta)
     assert fit.steps(theta.copy())[0].middle is steps.middle  # what noise does not change is not made again
@@ -68,6 +67,37 @@ def test_derivatives_are_exact(record: Record) -> None:
         numeric = (residuals[0] - residuals[1]) / (2.0 * size)
         exact = here.by_parameters[:, :, index]
         assert np.abs(exact - numeric).max() < 2e-3 * np.abs(exact).max()
+
+
+def test_whole_derivatives_are_those_of_the_likelihood(record: Record, made: Calibration) -> None:
+    """Gains that are held leave out 2 % of them here, and much more of a record in which joints rest."""
+    fit, theta = cut(record, 0, 150), made.estimate.value
+    noise = made.estimate.noise._replace(position=1.2e-3, attitude=1.2e-3)  # no residual is Huber's then
+    predicted, growth = fit.whole(theta, noise)
+    assert max(np.abs(one.residuals).max() for one in predicted) < HUBER
+    for index in range(3):
+        way = 1e-4 * np.eye(len(theta))[index]
+        high, low = (fit.likelihood(fit.filtered(theta + side * way, noise)) for side in (1.0, -1.0))
+        slope = sum(2.0 * np.sum(one.by_parameters[:, :, index] * one.residuals) for one in predicted)
+        assert slope + growth[index] == pytest.approx((high - low) / 2e-4, rel=2e-3)
+
+
+def test_the_first_frame_tells_nothing(record: Record, made: Calibration) -> None:
+    """The state begins with it: where it was off by rounding it counted, and a likelihood jumped by 70."""
+    fit, estimate = cut(record, 0, 100), made.estimate
+    ways = 0.1 * np.random.default_rng(0).standard_normal((20, len(estimate.value))) * estimate.deviation
+    for way in ways:
+        (known,) = fit.filtered(estimate.value + way, estimate.noise)
+        (predicted,) = fit.predicted(estimate.value + way, [known])
+        assert not known.residuals[0].any()
+        assert not predicted.by_parameters[0].any()
+        assert len(fit.used([known])) == np.count_nonzero(fit.steps(estimate.value)[0].fresh) - 1
+
+
+def cut(record: Record, begin: int, end: int) -> Fit:
+    """A fit to some ticks of a record."""
+    first = record.pieces[0][0]
+    return Fit(Record(**{**vars(record), "pieces": ((first + begin, first + end),)}))
 
 
 def test_frames_that_cannot_be_true_are_left_out(flown: skylimb.Run, made: Calibration, robot: Robot) -> None:

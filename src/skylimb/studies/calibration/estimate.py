@@ -1,6 +1,7 @@
 """One estimate of all parameters from a whole record: prediction errors, least squares, a prior.
 
-Gauss and Newton's steps with exact derivatives; Huber's weights for frames that lie beside, and none at all
+Gauss and Newton's steps with exact derivatives for gains of the filter that are held, the last ones for gains
+that go with the parameters; Huber's weights for frames that lie beside, and none at all
 for those that cannot be true. Noise levels are found from the record itself: of the frames from what is left,
 of unknown pushes by the likelihood. The covariance is that of
 `studies.calibration.covariance`.
@@ -16,29 +17,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from skylimb.studies.calibration.covariance import covariance_of
-from skylimb.studies.calibration.fit import QUARTILE, Fit, robust_weights
+from skylimb.studies.calibration.fit import Fit, robust_weights
 from skylimb.studies.calibration.latency import by_latency
+from skylimb.studies.calibration.levels import CALM, USUAL_NOISE, is_pushed, levels, unpushed
 from skylimb.studies.calibration.parameters import Parameter, centers, spreads
 from skylimb.studies.calibration.record import Record
 from skylimb.studies.calibration.steps import Noise
-
-USUAL_NOISE = Noise(position=1e-3, attitude=1e-3, push=5e-3, turn=5e-3)
-"""Levels to begin with."""
-
-_CALM = USUAL_NOISE._replace(push=5e-4, turn=5e-4)
-"""Levels to begin with once more.
-
-Where a robot hardly leans, unknown torques explain a centre of gravity that is far too low or too high as
-well: a search that begins with them may end beside the truth, with levels of pushes that are not there.
-"""
-
-_FACTORS = (10.0, 10.0**0.5)
-"""By which levels of unknown pushes are raised and lowered, ever finer."""
-
-_PUSHES = ("push", "turn")
-
-_LEAST_PUSH, _MOST_PUSH = 1e-2, 1e2
-"""Multiples of the usual levels beyond which nothing is tried: no model is exact to less."""
 
 _EVIDENT = 20.0
 """By so much, twice a logarithm, a record is less likely without the pushes that are reported."""
@@ -125,13 +109,14 @@ def estimate(record: Record) -> Estimate:
     theta = _search(fit, centers(fit.parameters), noise, _ROUGH)
     fit.leave_out(fit.filtered(theta, noise))
     theta, noise = _settle(fit, theta, noise)
-    if _is_pushed(noise):
-        calm = _settle(fit, _search(fit, centers(fit.parameters), _CALM, _ROUGH), _CALM)
+    if is_pushed(noise):
+        calm = _settle(fit, _search(fit, centers(fit.parameters), CALM, _ROUGH), CALM)
         if _unlikely(fit, *calm) < _unlikely(fit, theta, noise) - _EVIDENT:
             theta, noise = calm
     theta, along = _by_latency(fit, theta, noise)
-    known = fit.filtered(theta, noise)
-    predicted = fit.predicted(theta, known)
+    held = None if along is None else fit.places["latency"].start
+    theta = _search(fit, theta, noise, _ROUGH, held, whole=True)
+    known, (predicted, _) = fit.filtered(theta, noise), fit.whole(theta, noise)
     information, covariance = covariance_of(fit, predicted, fit.predicted(theta, known, chord=True), along)
     frames = [one.residuals.any(axis=1) for one in known]
     before = fit.filtered(centers(fit.parameters), noise)
@@ -149,7 +134,7 @@ def estimate(record: Record) -> Estimate:
         np.concatenate([one.residuals[fresh] for one, fresh in zip(known, frames, strict=True)]),
         np.concatenate(times),
         sum(int(bad.sum()) for bad in fit.impossible),
-        _unpushed(fit, theta, noise),
+        unpushed(fit, theta, noise),
     )
 
 
@@ -157,27 +142,15 @@ def _settle(fit: Fit, theta: np.ndarray, noise: Noise) -> tuple[np.ndarray, Nois
     """Parameters and levels of noise that suit each other, from some that are near."""
     for settled in (_ROUGH, _SETTLED):
         # Parameters that are a little off look like pushes, so levels are found twice.
-        noise = _levels(fit, theta, noise)
+        noise = levels(fit, theta, noise)
         theta = _search(fit, theta, noise, settled)
     return theta, noise
-
-
-def _is_pushed(noise: Noise) -> bool:
-    """Whether a level of unknown pushes is above the least that is tried."""
-    return any(getattr(noise, name) > 1.001 * _LEAST_PUSH * getattr(USUAL_NOISE, name) for name in _PUSHES)
 
 
 def _unlikely(fit: Fit, theta: np.ndarray, noise: Noise) -> float:
     """Minus twice the logarithm of the likelihood, with the prior's."""
     prior = (theta - centers(fit.parameters)) / spreads(fit.parameters)
     return fit.likelihood(fit.filtered(theta, noise)) + float(np.sum(prior**2))
-
-
-def _unpushed(fit: Fit, theta: np.ndarray, noise: Noise) -> float:
-    """See `Estimate.unpushed`."""
-    least = {name: _LEAST_PUSH * getattr(USUAL_NOISE, name) for name in _PUSHES}
-    with_them, without = (_likely(fit, theta, one)[0] for one in (noise, noise._replace(**least)))
-    return without - with_them
 
 
 def _by_latency(fit: Fit, theta: np.ndarray, noise: Noise) -> tuple[np.ndarray, np.ndarray | None]:
@@ -194,7 +167,9 @@ def _by_latency(fit: Fit, theta: np.ndarray, noise: Noise) -> tuple[np.ndarray, 
     return by_latency(theta, at, search, unlikely, fit.record.dt, belief)
 
 
-def _search(fit: Fit, theta: np.ndarray, noise: Noise, settled: float, held: int | None = None) -> np.ndarray:
+def _search(
+    fit: Fit, theta: np.ndarray, noise: Noise, settled: float, held: int | None = None, whole: bool = False
+) -> np.ndarray:
     """Gauss and Newton's steps until all are small against what the record leaves unknown.
 
     Args:
@@ -203,17 +178,19 @@ def _search(fit: Fit, theta: np.ndarray, noise: Noise, settled: float, held: int
         noise: of the record.
         settled: part of every spread below which a step is small.
         held: entry that stays.
+        whole: by how the filter's gains go with the parameters as well, which takes ten times as long.
     """
     center, spread = centers(fit.parameters), spreads(fit.parameters)
     for _ in range(_MOST_STEPS):
-        known = fit.filtered(theta, noise)
-        predicted = fit.predicted(theta, known)
+        predicted, growth = (
+            fit.whole(theta, noise) if whole else (fit.predicted(theta, fit.filtered(theta, noise)), 0.0)
+        )
         residuals = np.concatenate([one.residuals.ravel() for one in predicted])
         J = np.concatenate([one.by_parameters.reshape(-1, len(theta)) for one in predicted])
         weight, usual = robust_weights(residuals)
         # A poor model is no reason to believe its derivative beyond what the prior bears.
         H = (J * weight[:, None]).T @ J / usual**2 + np.diag(spread**-2)
-        slope = (J * weight[:, None]).T @ residuals / usual**2 + (theta - center) / spread**2
+        slope = (J * weight[:, None]).T @ residuals / usual**2 + 0.5 * growth + (theta - center) / spread**2
         free = np.arange(len(theta)) != held
         step = np.zeros(len(theta))
         step[free] = -np.linalg.solve(H[np.ix_(free, free)], slope[free])
@@ -223,30 +200,3 @@ def _search(fit: Fit, theta: np.ndarray, noise: Noise, settled: float, held: int
         if np.all(np.abs(step) < settled * spread):
             break
     return theta
-
-
-def _levels(fit: Fit, theta: np.ndarray, noise: Noise) -> Noise:
-    """Levels of noise that the record has: of unknown pushes by the likelihood, of frames by what is left."""
-    least, found = _likely(fit, theta, noise)
-    for factor in _FACTORS:
-        for name in _PUSHES:
-            usual = getattr(USUAL_NOISE, name)
-            for times in (1.0 / factor, factor):
-                while True:
-                    level = np.clip(times * getattr(found, name), _LEAST_PUSH * usual, _MOST_PUSH * usual)
-                    value, tried = _likely(fit, theta, found._replace(**{name: float(level)}))
-                    if value >= least:
-                        break
-                    least, found = value, tried
-    return found
-
-
-def _likely(fit: Fit, theta: np.ndarray, noise: Noise) -> tuple[float, Noise]:
-    """How unlikely the record is with these unknown pushes, and the levels of its frames with them."""
-    residuals = fit.used(fit.filtered(theta, noise))
-    size = np.median(np.abs(residuals), axis=0) / QUARTILE
-    noise = noise._replace(
-        position=float(noise.position * np.sqrt(np.mean(size[:3] ** 2))),
-        attitude=float(noise.attitude * np.sqrt(np.mean(size[3:] ** 2))),
-    )
-    return fit.likelihood(fit.filtered(theta, noise)), noise

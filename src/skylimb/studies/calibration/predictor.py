@@ -108,7 +108,7 @@ class Predictor:
         rows = [np.tile(theta, (len(steps.fresh), 1)), *steps, np.tile(levels, (len(steps.fresh), 1))]
         found = scan(self._filtering, np.concatenate([start, P.ravel()]), np.hstack(rows))
         gains, whitening, residuals = np.split(found, np.cumsum([STATES * MEASURED, MEASURED**2]), axis=1)
-        return Filtered(gains, whitening, residuals * steps.fresh)
+        return Filtered(gains, whitening, residuals * _telling(steps))
 
     def predict(self, steps: Steps, theta: np.ndarray, start: np.ndarray, known: Filtered) -> Predicted:
         """Residuals and their derivatives by the parameters, with the filter's gains held."""
@@ -117,5 +117,10 @@ class Predictor:
         found = scan(self._predicting, state, np.hstack(rows))
         residuals, slopes = found[:, :MEASURED], found[:, MEASURED:]
         slopes = slopes.reshape(len(residuals), len(theta), MEASURED).transpose(0, 2, 1)
-        used = steps.fresh
+        used = _telling(steps)
         return Predicted(residuals * used, slopes * used[:, :, None])
+
+
+def _telling(steps: Steps) -> np.ndarray:
+    """1 for a frame that is used, but for the first, which the state begins with: it is off by rounding."""
+    return np.vstack([np.zeros_like(steps.fresh[:1]), steps.fresh[1:]])
