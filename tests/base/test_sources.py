@@ -175,6 +175,11 @@ def test_a_file_larger_than_its_kind_is_refused_before_it_is_read(tmp_path: Path
         file.truncate(10**12)  # with holes: it takes no place
     with pytest.raises(UnreadableError, match=r"more than 0\.25 MB, the most for a \.toml file"):
         read_source(tmp_path / "large.toml")
+    (tmp_path / "large.toml").rename(tmp_path / "large.stl")
+    with pytest.raises(
+        UnreadableError, match=r"10 MB, .* \.stl file; a mesh of fewer triangles does"
+    ):
+        read_source(tmp_path / "large.stl")
 
 
 def test_a_file_that_changes_the_working_folder_leaves_paths_as_they_are(

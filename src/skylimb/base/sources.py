@@ -27,6 +27,17 @@ _MEGABYTES = {
 _MEGABYTES_OF_OTHERS = 16.0
 """Largest size of a file by its ending: what its reader takes in 2 s and 300 MB."""
 
+_REMEDIES = {
+    **dict.fromkeys(
+        (".stl", ".obj", ".ply", ".off", ".gltf", ".glb"), "; a mesh of fewer triangles does as well"
+    ),
+    **dict.fromkeys(
+        (".npy", ".csv", ".txt", ".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp"),
+        "; a coarser grid does as well",
+    ),
+}
+"""What else there is where a file is larger."""
+
 PACKAGE = Path(__file__).parents[1]
 """Files in here come with skylimb; its version stands for them."""
 
@@ -98,7 +109,7 @@ def _content(path: Path, megabytes: float) -> bytes:
         if len(content) > most:
             raise UnreadableError(
                 f"cannot read '{path}': it has more than {megabytes:g} MB, the most for a "
-                f"{path.suffix.lower() or 'plain'} file"
+                f"{path.suffix.lower() or 'plain'} file{_REMEDIES.get(path.suffix.lower(), '')}"
             )
         return content
 

@@ -129,8 +129,8 @@ def test_an_episode_that_has_ended_takes_off_anew_in_the_next_step() -> None:
     [
         (np.array([0.0, np.nan, 0.0]), "action 'path_u' of environment 0 is nan"),
         (np.array([np.inf, 0.0, 0.0]), "action 'path_n' of environment 0 is inf"),
-        (np.zeros(2), r"actions have shape \(1, 2\); 1 of 3 numbers are needed"),
-        (np.zeros((3, 1)), r"actions have shape \(1, 3, 1\)"),
+        (np.zeros(2), r"an action has shape \(2,\); 3 numbers are needed"),
+        (np.zeros((3, 1)), r"an action has shape \(3, 1\)"),
         (["a", "b", "c"], "actions should be numbers"),
         ([[1.0], [2.0, 3.0], [1.0]], "actions should be numbers"),
         (np.array([1.0j, 0.0, 0.0]), "actions should be numbers"),

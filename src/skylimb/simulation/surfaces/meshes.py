@@ -76,7 +76,7 @@ class MeshSurface(CurvedSurface):
         mesh, _ = self._mesh
         corners = np.asarray(mesh.triangles, dtype=float)
         if not len(corners) or not float(mesh.area) > 0.0:
-            raise ConfigError(f"{name} is empty: it has no triangle with an area")
+            raise ConfigError(f"{name} is empty or cut off: it has no triangle with an area")
         if not (self.allow_open or mesh.is_watertight):
             raise ConfigError(
                 f"{name} is open (it has a border or a hole): close it, "

@@ -162,6 +162,10 @@ class Fleet:
             given = np.asarray(actions).astype(float, casting="same_kind")
         except (TypeError, ValueError):
             raise ConfigError(f"actions should be numbers: {', '.join(names)}") from None
+        if len(given.shape) > 1 and len(given) == len(places) and given.shape[1:] != (len(names),):
+            raise ConfigError(
+                f"an action has shape {given.shape[1:]}; {len(names)} numbers are needed: {', '.join(names)}"
+            )
         if given.shape != (len(places), len(names)):
             raise ConfigError(
                 f"actions have shape {given.shape}; {len(places)} of {len(names)} numbers are needed, "
