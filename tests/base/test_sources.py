@@ -176,9 +176,7 @@ def test_a_file_larger_than_its_kind_is_refused_before_it_is_read(tmp_path: Path
     with pytest.raises(UnreadableError, match=r"more than 0\.25 MB, the most for a \.toml file"):
         read_source(tmp_path / "large.toml")
     (tmp_path / "large.toml").rename(tmp_path / "large.stl")
-    with pytest.raises(
-        UnreadableError, match=r"10 MB, .* \.stl file; a mesh of fewer triangles does"
-    ):
+    with pytest.raises(UnreadableError, match=r"10 MB, .* \.stl file; a mesh of fewer triangles does"):
         read_source(tmp_path / "large.stl")
 
 
