@@ -469,17 +469,6 @@ def test_a_pen_that_stays_behind_presses_less(look: Any, behind: float, ease: fl
 
 
 @pytest.mark.parametrize(
-    ("way", "aside", "ease"), [(0.05, 0.0, 1.0), (0.05, 0.0275, 0.5), (-0.0275, 0.0, 0.5)]
-)
-def test_a_pen_that_is_ahead_presses_on(look: Any, way: float, aside: float, ease: float) -> None:
-    """Friction brakes it there: eased, a pen that was 30 mm ahead left the surface."""
-    along, across = task(0.0, 0.6, -0.8), task(0.0, 0.8, 0.6)
-    reference = {"tip_position": ARM - way * along + aside * across, "tip_velocity": 0.1 * along}
-    _, view, _ = look(at_state(SLIDE), reference=reference)
-    assert view.ease == pytest.approx(ease, abs=1e-3)
-
-
-@pytest.mark.parametrize(
     ("force", "grows", "further"),
     [
         *(

@@ -4,8 +4,7 @@ Five parts share the estimate of the tip's place: the state machine (`control.co
 under the pen (`estimation.surface`) and whether it has gone (`control.contact.felt`), where the tip is led
 out of touch (`control.contact.lead`), and the pace of the mission (`control.contact.pace`). A pen that stays
 behind its reference presses less: with high friction on a slope that comes toward the robot, the force that
-drags it along makes the contact force, and the friction with it, grow until the pen is wedged. One that is
-ahead presses on.
+drags it along makes the contact force, and the friction with it, grow until the pen is wedged.
 """
 
 from __future__ import annotations
@@ -236,7 +235,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     pace, speed_next = pace_of(
         gains, state.pace, state.speed, machine, reference, speed, surface_velocity, behind, dt
     )
-    ease = _ease(gains, inputs.force, engaged * _lag(off, path, speed))
+    ease = _ease(gains, inputs.force, behind)
     loaded = engaged * min(state.loaded + gains.growth * dt, 1e3)
     ramp = where(engaged > 0.5, clip((HARD + loaded) / max(inputs.force, HARD), 0.0, 1.0), 1.0)
 
@@ -286,18 +285,6 @@ def _cues(state: State, inputs: LawInput, out: Any) -> Cues:
         sunk=state.axis_position - state.lost_at,
         clear=where(abs(state.axis_position - out) < 1e-3, 1.0, 0.0),
     )
-
-
-def _lag(off: Array, path: Array, speed: Any) -> Any:
-    """Distance of the pen from its path, m, but for what it is ahead: friction brakes it there.
-
-    Args:
-        off: from the reference, (a, u, v), m.
-        path: velocity of the reference, (u, v), m/s.
-        speed: its size.
-    """
-    ahead = max(off[1] * path[0] + off[2] * path[1], 0.0) / (speed + 1e-6)
-    return max(off[1] ** 2 + off[2] ** 2 - ahead**2, 0.0) ** 0.5
 
 
 def _ease(gains: Any, force: Any, behind: Any) -> Any:
