@@ -17,26 +17,17 @@ from pathlib import Path
 
 from skylimb.base.errors import UnreadableError, did_you_mean, nearest
 
+_MESHES = (".stl", ".obj", ".ply", ".off", ".gltf", ".glb")
+
 _MEGABYTES = {
     ".toml": 0.25, ".py": 1.0, ".yaml": 0.25, ".yml": 0.25, ".msg": 0.1, ".json": 4.0,
     ".svg": 4.0, ".urdf": 4.0, ".xacro": 4.0,
-    ".stl": 10.0, ".obj": 10.0, ".ply": 10.0, ".off": 10.0, ".gltf": 10.0, ".glb": 10.0,
+    **dict.fromkeys(_MESHES, 10.0),
     ".npy": 32.0, ".csv": 8.0, ".txt": 8.0,
     ".png": 16.0, ".jpg": 16.0, ".jpeg": 16.0, ".tif": 16.0, ".tiff": 16.0, ".bmp": 16.0,
 }  # fmt: skip
 _MEGABYTES_OF_OTHERS = 16.0
 """Largest size of a file by its ending: what its reader takes in 2 s and 300 MB."""
-
-_REMEDIES = {
-    **dict.fromkeys(
-        (".stl", ".obj", ".ply", ".off", ".gltf", ".glb"), "; a mesh of fewer triangles does as well"
-    ),
-    **dict.fromkeys(
-        (".npy", ".csv", ".txt", ".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp"),
-        "; a coarser grid does as well",
-    ),
-}
-"""What else there is where a file is larger."""
 
 PACKAGE = Path(__file__).parents[1]
 """Files in here come with skylimb; its version stands for them."""
@@ -107,9 +98,11 @@ def _content(path: Path, megabytes: float) -> bytes:
         # One more than allowed, whatever its size was said to be: files below /proc have none, others grow.
         content = file.read(most + 1)
         if len(content) > most:
+            kind = path.suffix.lower()
+            remedy = "; a mesh of fewer triangles does as well" if kind in _MESHES else ""
             raise UnreadableError(
                 f"cannot read '{path}': it has more than {megabytes:g} MB, the most for a "
-                f"{path.suffix.lower() or 'plain'} file{_REMEDIES.get(path.suffix.lower(), '')}"
+                f"{kind or 'plain'} file{remedy}"
             )
         return content
 

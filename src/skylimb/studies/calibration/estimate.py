@@ -178,7 +178,7 @@ def _search(
         noise: of the record.
         settled: part of every spread below which a step is small.
         held: entry that stays.
-        whole: by how the filter's gains go with the parameters as well, which takes ten times as long.
+        whole: with gains of the filter that go with the parameters; it runs twice for each of them.
     """
     center, spread = centers(fit.parameters), spreads(fit.parameters)
     for _ in range(_MOST_STEPS):

@@ -162,14 +162,13 @@ class Fleet:
             given = np.asarray(actions).astype(float, casting="same_kind")
         except (TypeError, ValueError):
             raise ConfigError(f"actions should be numbers: {', '.join(names)}") from None
-        if len(given.shape) > 1 and len(given) == len(places) and given.shape[1:] != (len(names),):
+        if given.shape[:1] != (len(places),):
+            raise ConfigError(
+                f"actions have shape {given.shape}; {len(places)} are needed: {', '.join(names)}"
+            )
+        if given.shape[1:] != (len(names),):
             raise ConfigError(
                 f"an action has shape {given.shape[1:]}; {len(names)} numbers are needed: {', '.join(names)}"
-            )
-        if given.shape != (len(places), len(names)):
-            raise ConfigError(
-                f"actions have shape {given.shape}; {len(places)} of {len(names)} numbers are needed, "
-                f"{(len(places), len(names))}: {', '.join(names)}"
             )
         if not np.isfinite(given).all():
             row, column = np.argwhere(~np.isfinite(given))[0]
