@@ -23,7 +23,12 @@ from skylimb.studies.reproduction import Prior, load_prior, reproduce
 from skylimb.studies.reproduction.judging import judge
 from skylimb.studies.reproduction.otherwise import flown_otherwise
 from skylimb.studies.reproduction.prior import PRIOR
-from skylimb.studies.reproduction.sensitivity import correlations, unknown_columns
+from skylimb.studies.reproduction.sensitivity import (
+    beyond_chance,
+    correlations,
+    shown_unknowns,
+    unknown_columns,
+)
 
 REPOSITORY = Path(__file__).parents[3]
 COMMITTED = REPOSITORY / "docs" / "reproduction.json"
@@ -68,12 +73,13 @@ def test_a_tiny_ensemble_leaves_everything(tiny: Path) -> None:
     assert {path.name for path in (tiny / "figures").iterdir()} >= {
         "numbers.png",
         "claims.png",
-        "sensitivity.pdf",
     }
+    assert not (tiny / "figures" / "sensitivity.pdf").exists()
     page = (tiny / "report.html").read_text()
     assert "0.134" in page
     assert "surface.friction" in page
     assert "http" not in page
+    assert "with 3 draws no unknown" in page
 
 
 @pytest.mark.slow
@@ -229,6 +235,19 @@ def test_a_number_that_follows_one_unknown_is_found(short_prior: Prior) -> None:
     valley = correlations(columns, np.abs(error))
     assert valley["|sensors.attitude_misalignment.1|"] == pytest.approx(1.0)
     assert abs(valley["sensors.attitude_misalignment.1"]) < 0.4
+
+
+def test_what_chance_can_show_is_not_drawn() -> None:
+    assert beyond_chance(200, "shown") == pytest.approx(0.2, rel=1e-3)
+    drawn = np.random.default_rng(0)
+    for draws in (5, 20, 200):
+        columns = {f"unknown {number}": drawn.normal(size=draws) for number in range(30)}
+        cause = columns["unknown 3"]
+        found = {
+            ("pid", "error_u_median"): correlations(columns, cause + 0.1 * drawn.normal(size=draws)),
+            ("hybrid", "error_u_median"): correlations(columns, np.full(draws, np.nan)),
+        }
+        assert shown_unknowns(found, draws) == ([] if draws == 5 else ["unknown 3"])
 
 
 def test_a_circle_is_found_in_part_of_it() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -14,6 +14,7 @@ from skylimb.studies.campaign.frozen import Campaign
 from skylimb.studies.campaign.rows import OK, Row
 from skylimb.studies.reproduction.report import rate_text
 from skylimb.studies.reproduction.result import BESIDE, HIGH, LOW, NUMBERS, READINGS, Number, Result
+from skylimb.studies.reproduction.sensitivity import beyond_chance
 
 _SHORT = {
     "error_u_median": "|y error|",
@@ -21,11 +22,6 @@ _SHORT = {
     "estimated_force_median": "force in x",
     "error_v_median": "|z error|",
 }
-_SHOWN_ABOVE, _CLEAR_ABOVE = 0.2, 0.3
-"""Rank correlations from which an unknown has its row, and a cell its number.
-
-Over 200 draws chance alone has a standard deviation of 0.07.
-"""
 
 
 @style.styled
@@ -99,20 +95,15 @@ def claims_figure(result: Result) -> Figure:
 
 
 @style.styled
-def sensitivity_figure(result: Result) -> Figure:
-    """Rank correlation of every number with every unknown that shows in one of them."""
+def sensitivity_figure(result: Result, unknowns: Sequence[str]) -> Figure:
+    """Rank correlation of every number with these unknowns, of which at least one is needed."""
     columns = list(result.sensitivity)
-    unknowns = [
-        unknown
-        for unknown in next(iter(result.sensitivity.values()))
-        if any(abs(result.sensitivity[column][unknown]) >= _SHOWN_ABOVE for column in columns)
-    ]
+    clear = beyond_chance(result.draws, "clear")
     table = np.array([[result.sensitivity[column][unknown] for column in columns] for unknown in unknowns])
-    table = table.reshape(len(unknowns), len(columns))
-    figure, ax = style.sheet(0.19 * len(unknowns) + 1.3)
+    figure, ax = style.sheet(max(0.19 * len(unknowns) + 1.3, 2.4))
     image = ax.imshow(table, cmap="RdBu_r", vmin=-1.0, vmax=1.0, aspect="auto")
     for (row, column), value in np.ndenumerate(table):
-        if np.isfinite(value) and abs(value) >= _CLEAR_ABOVE:
+        if np.isfinite(value) and abs(value) >= clear:
             text = f"{value:.2f}".replace("0.", ".").replace("-", "\u2212")
             colour = "white" if abs(value) > 0.6 else style.DARK
             ax.text(column, row, text, ha="center", va="center", fontsize=5.5, color=colour)

@@ -76,6 +76,7 @@ def render_report(prior: Prior, campaign: Campaign, result: Result, pictures: Ma
         keys=[(key, digits(key), SCORES[key].unit) for key in NUMBERS],
         prior=prior,
         otherwise=flown_otherwise(prior, campaign),
+        shown="sensitivity" in pictures,
         pictures=[(name, *CAPTIONS[name], inlined(path, "image/png")) for name, path in pictures.items()],
         command=command(result.draws),
         source=SOURCE,

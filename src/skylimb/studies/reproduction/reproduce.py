@@ -24,6 +24,7 @@ from skylimb.studies.reproduction.judging import judge
 from skylimb.studies.reproduction.prior import Prior, load_prior
 from skylimb.studies.reproduction.report import render_report
 from skylimb.studies.reproduction.result import Result
+from skylimb.studies.reproduction.sensitivity import shown_unknowns
 
 DRAWS = 200
 ENSEMBLE = "ensemble"
@@ -96,8 +97,9 @@ def _write(
     drawings: dict[str, Callable[[], Figure]] = {
         "numbers": lambda: numbers_figure(campaign, rows, result),
         "claims": lambda: claims_figure(result),
-        "sensitivity": lambda: sensitivity_figure(result),
     }
+    if unknowns := shown_unknowns(result.sensitivity, result.draws):
+        drawings["sensitivity"] = lambda: sensitivity_figure(result, unknowns)
     if errata:
         drawings["errata"] = lambda: errata_figure(fly_errata())
     try:
