@@ -52,6 +52,25 @@ def test_a_motor_follows_as_far_as_its_torque_goes(robot: Robot) -> None:
     assert followed(command, 0.005, robot).all()
 
 
+def test_thrusts_are_those_of_the_lag_alone_wherever_motors_follow(
+    short: dict[str, Any], robot: Robot
+) -> None:
+    """Held against the rotors that are simulated, whose torque has a limit."""
+    lost = {"kind": "sensor", "time": 3.0, "duration": 0.35, "capture": "lost"}
+    log = skylimb.run("calibration", seed=2, set={**short, "events": [lost]}).log
+    command, dt = log["thrusts_command"].values, 0.005
+    factor = np.array([rotor.thrust_factor for rotor in robot.description.rotors], dtype=float)
+    left = np.exp(-dt / robot.description.rotors[0].lag)
+    speed, wanted = log["rotor_speeds"].values.copy(), np.sqrt(command / factor)
+    for before, now, speeds in zip(speed[:-1], speed[1:], wanted[:-1], strict=True):
+        now[:] = left * before + (1.0 - left) * speeds
+    beside = np.abs(factor * speed**2 - log["thrusts"].values).max(axis=1)
+    follows = followed(command, dt, robot)
+    assert 0.1 < dt * np.count_nonzero(~follows) < 1.0
+    assert beside[~follows].max() > 0.3
+    assert beside[200:][follows[200:]].max() < 2e-3  # before, rotors come up from rest
+
+
 def test_a_flight_whose_motors_never_follow_is_refused_and_says_why(flown: skylimb.Run, robot: Robot) -> None:
     command = flown.log["thrusts_command"]
     values = command.values.copy()
