@@ -2,10 +2,11 @@
 
     python benchmarks/ordinary_logs.py [--share 1.0] [--tables]
 
-200 flights that nobody flew for a calibration, by robots that do not know themselves: the draws of
-benchmarks/following.py with another seed, for which nothing was tuned. Each log is calibrated from, and the
-flight flown again with what was found. docs/ordinary_logs.json keeps a line a flight, and one that it holds
-is not flown again; the table of docs/reports/calibration.md is written anew.
+200 flights that nobody flew for a calibration, and 100 more that show little (a hover, a few seconds, slow
+ticks) or what the model lacks (drag), by robots that do not know themselves: the draws of
+benchmarks/following.py with another seed, for which nothing was tuned. Each log is calibrated from, and one
+that draws a line is flown again with what was found. docs/ordinary_logs.json keeps a line a flight, and one
+that it holds is not flown again; the table of docs/reports/calibration.md is written anew.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -30,24 +32,51 @@ from skylimb.studies.calibration.result import SIGMAS
 DOCS = Path(__file__).parents[1] / "docs"
 PAGE, NUMBERS = DOCS / "reports" / "calibration.md", DOCS / "ordinary_logs.json"
 SEED = 5100
-LOGS = {
-    ("paper", "following"): 80,
-    ("push_and_slide", "following"): 40,
-    ("writing", "drawing"): 40,
-    ("free_flight", "hybrid"): 40,
-}
-"""Experiment and controller of a log -> flights."""
 LINE = "pen_line_rms"
 
 
-def one(experiment: str, controller: str, drawn: Mapping[str, Any]) -> dict[str, Any]:
+@dataclass(frozen=True)
+class Log:
+    """A kind of log.
+
+    Attributes:
+        experiment: that is flown.
+        controller: that flies it.
+        flights: how many.
+        changes: to the experiment, besides those that are drawn.
+        part: of it that is calibrated from, s; all of it without.
+    """
+
+    experiment: str
+    controller: str
+    flights: int
+    changes: Mapping[str, Any] = field(default_factory=dict)
+    part: tuple[float, float] | None = None
+
+
+LOGS = {
+    "`paper` by `following`": Log("paper", "following", 80),
+    "`push_and_slide` by `following`": Log("push_and_slide", "following", 40),
+    "`writing` by `drawing`": Log("writing", "drawing", 40),
+    "`free_flight` by `hybrid`": Log("free_flight", "hybrid", 40),
+    "`paper`, drag of 0.3 1/s": Log("paper", "following", 20, {"plant.rotor_drag": 0.3}),
+    "`free_flight`, 12.5 s of it": Log("free_flight", "hybrid", 20, part=(0.0, 12.5)),
+    "a hover of 20 s": Log("free_flight", "hybrid", 20, {"phases.hover": 20.0, "stop_at": 20.0}),
+    "`calibration`, 5 s of it": Log("calibration", "hybrid", 20, part=(10.0, 15.0)),
+    "`calibration` at 50 Hz": Log("calibration", "hybrid", 20, {"controller_rate": 50.0}),
+}
+
+
+def one(kind: Log, drawn: Mapping[str, Any]) -> dict[str, Any]:
     """Errors over standard deviations from a flight's log, and its line without and with what was found."""
-    own = ("plant.", "sensors.", "seed", *(("surface.", "trajectory.") if experiment == "paper" else ()))
-    changes = {key: value for key, value in drawn.items() if key.startswith(own)}
-    flown = skylimb.run(experiment, controller, set=changes)
-    row: dict[str, Any] = {"experiment": experiment, "controller": controller, "lost": flown.cause or ""}
+    own = ("plant.", "sensors.", "seed", *(("surface.", "trajectory.") if kind.experiment == "paper" else ()))
+    changes = {key: value for key, value in drawn.items() if key.startswith(own)} | dict(kind.changes)
+    flown = skylimb.run(kind.experiment, kind.controller, set=changes)
+    row: dict[str, Any] = {"lost": flown.cause or ""}
     if flown.failed:
         return row
+    if kind.part:
+        flown = replace(flown, log=flown.log.sel(time=slice(*kind.part)))
     try:
         made = calibration_from(flown, load_robot("hydrus_xi_quad"))
     except SkylimbError as error:
@@ -55,9 +84,9 @@ def one(experiment: str, controller: str, drawn: Mapping[str, Any]) -> dict[str,
     assert made.truth is not None
     off = (made.estimate.value - made.truth) / made.estimate.deviation
     row |= {"off": [round(float(value), 3) for value in off], "shown": int(np.sum(made.estimate.shown))}
-    if flown.metrics.get(LINE) is None:
+    if kind.part or flown.metrics.get(LINE) is None:
         return row
-    again = skylimb.run(experiment, controller, set=changes, calibration=made)
+    again = skylimb.run(kind.experiment, kind.controller, set=changes, calibration=made)
     return row | {
         "without": flown.metrics[LINE],
         "with": again.metrics.get(LINE),
@@ -73,8 +102,8 @@ def table(rows: Sequence[Mapping[str, Any]]) -> str:
         "the one that holds least | farthest, in standard deviations | line, rms mm, without | with |",
         "|---|---|---|---|---|---|---|---|",
     ]
-    for experiment, controller in LOGS:
-        own = [row for row in rows if (row["experiment"], row["controller"]) == (experiment, controller)]
+    for name in LOGS:
+        own = [row for row in rows if row["log"] == name]
         made = [row for row in own if "off" in row]
         if not made:
             continue
@@ -83,7 +112,7 @@ def table(rows: Sequence[Mapping[str, Any]]) -> str:
         least, (draw, far) = int(np.argmin(holds)), np.unravel_index(int(np.argmax(off)), off.shape)
         both = [row for row in made if row.get("with") is not None]
         cells = [
-            f"`{experiment}` by `{controller}`",
+            name,
             f"{len(own)}",
             f"{sum('refused' in row for row in own)}",
             f"{np.median([row['shown'] for row in made]):.0f} of {off.shape[1]}",
@@ -111,11 +140,11 @@ def main() -> None:
     parser.add_argument("--tables", action="store_true", help="fly nothing")
     options = parser.parse_args()
     rows: list[dict[str, Any]] = json.loads(NUMBERS.read_text(encoding="utf-8")) if NUMBERS.exists() else []
-    known = {(row["experiment"], row["controller"], row["draw"]) for row in rows}
-    for (experiment, controller), count in () if options.tables else LOGS.items():
-        for number, drawn in enumerate(draws("paper", round(options.share * count), SEED)):
-            if (experiment, controller, number) not in known:
-                rows.append({"draw": number, **one(experiment, controller, drawn)})
+    known = {(row["log"], row["draw"]) for row in rows}
+    for name, kind in () if options.tables else LOGS.items():
+        for number, drawn in enumerate(draws("paper", round(options.share * kind.flights), SEED)):
+            if (name, number) not in known:
+                rows.append({"log": name, "draw": number, **one(kind, drawn)})
                 keep(NUMBERS, rows)
                 print(rows[-1], flush=True)
     fill(PAGE, "ordinary", table(rows))
