@@ -72,7 +72,7 @@ def one(kind: Log, drawn: Mapping[str, Any]) -> dict[str, Any]:
     own = ("plant.", "sensors.", "seed", *(("surface.", "trajectory.") if kind.experiment == "paper" else ()))
     changes = {key: value for key, value in drawn.items() if key.startswith(own)} | dict(kind.changes)
     flown = skylimb.run(kind.experiment, kind.controller, set=changes)
-    row: dict[str, Any] = {"lost": flown.cause or ""}
+    row: dict[str, Any] = {"lost": _lost(flown)}
     if flown.failed:
         return row
     if kind.part:
@@ -90,7 +90,7 @@ def one(kind: Log, drawn: Mapping[str, Any]) -> dict[str, Any]:
     return row | {
         "without": flown.metrics[LINE],
         "with": again.metrics.get(LINE),
-        "lost with": again.cause or "",
+        "lost with": _lost(again),
     }
 
 
@@ -126,6 +126,11 @@ def table(rows: Sequence[Mapping[str, Any]]) -> str:
     return "\n".join(
         [*lines, "", f"Of {len(rows)} flights {lost[0]} were lost, and {lost[1]} with a calibration."]
     )
+
+
+def _lost(flown: skylimb.Run) -> str:
+    """Why; a flight that its experiment stops early is none."""
+    return (flown.cause or "") if flown.failed else ""
 
 
 def _line(values: Sequence[float]) -> str:

@@ -13,8 +13,8 @@ from skylimb.control.estimation.lateness import SLOW
 from skylimb.control.estimation.records import Measurement
 from skylimb.control.laws.preset import preset_names
 from skylimb.control.loop.loop import Loop
-from skylimb.control.supervisor.late_gains import MOST
 from skylimb.control.supervisor.limits import Limits
+from skylimb.control.supervisor.suited_gains import MOST
 from skylimb.control.supervisor.table import TABLE
 from skylimb.flight.drivers.free import FreeDriver
 from skylimb.flight.drivers.world import world
@@ -157,6 +157,15 @@ def test_a_pose_that_comes_back_looks_like_no_lost_rotor() -> None:
     modes = flown.log.supervisor_mode.values
     assert (modes == 1.0).sum() > 80
     assert modes.max() == 1.0
+
+
+def test_a_pen_that_drifted_ahead_unseen_keeps_its_press() -> None:
+    """It was eased as if friction held it, and left the surface for four fifths of the two seconds after."""
+    lost = {"kind": "sensor", "time": 7.0, "latest": 10.0, "capture": "lost", "duration": 0.5}
+    asked = {**CATALOGUED, "surface.slope": -0.349, "events": [lost]}
+    log = skylimb.run("paper", "following", seed=2919533707, set=asked).log
+    back = int(np.flatnonzero(log.supervisor_mode.values == 1.0)[-1]) + 1
+    assert (log.contact.values[back : back + 400] > 0.0).all()
 
 
 @pytest.mark.parametrize("stuck", ["velocity", "rates"])

@@ -20,7 +20,7 @@ from skylimb.control.estimation.lateness import (
     stamped,
 )
 from skylimb.control.estimation.records import BodyState
-from skylimb.control.supervisor.late_gains import MOST
+from skylimb.control.supervisor.suited_gains import MOST
 
 ROBOT, DT, ASSUMED, LAG = skylimb.load_robot("hydrus_xi_quad"), 0.005, 0.015, 0.05
 MODEL = ROBOT.at(ROBOT.nominal_posture(), np.zeros(ROBOT.n_vectoring))

@@ -305,7 +305,7 @@ def test_the_presets_are_what_has_been_flown(robot: Robot) -> None:
         "axis_speed": 0.025,
         "least_pace": 0.25, "path_acceleration": 0.05, "wait_beyond": 0.08, "waiting_pace": 0.1,
         "waiting_speed": 100.0, "body_share": 0.5,
-        "ease_beyond": [0.015, 0.04], "ease_grows": 3.2, "least_ease": 0.2, "growth": 1.0,
+        "ease_beyond": [0.015, 0.04], "ease_grows": 3.2, "least_ease": 0.2, "ease_ahead": 1.0, "growth": 1.0,
         "machine.touch_force": 0.5,
         "machine.touch_time": 0.015, "machine.lost_force": 0.25, "machine.lost_time": 0.2,
         "machine.settle_time": 1.0, "machine.rest_time": 0.5, "machine.search": 0.25,
@@ -350,7 +350,7 @@ def test_what_a_law_does_where_no_preset_says_otherwise() -> None:
         "axis_speed": 0.04,
         "least_pace": 0.25, "path_acceleration": 0.1, "wait_beyond": 0.08, "waiting_pace": 0.1,
         "waiting_speed": 100.0, "body_share": 0.5,
-        "ease_beyond": [0.015, 0.04], "ease_grows": 2.0, "least_ease": 1.0, "growth": 1e3,
+        "ease_beyond": [0.015, 0.04], "ease_grows": 2.0, "least_ease": 1.0, "ease_ahead": 1.0, "growth": 1e3,
         "machine": to_mapping(contact.MachineGains()),
         "surface": {"drift": 0.5, "height_noise": 0.003, "cross_noise": 3.0},
     }  # fmt: skip

@@ -8,10 +8,10 @@ from typing import Any
 from skylimb.control.estimation.gates import over
 from skylimb.control.supervisor.belief import Belief
 from skylimb.control.supervisor.descents import Descents
-from skylimb.control.supervisor.late_gains import MOST
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Watch
 from skylimb.control.supervisor.retreat import DESCENT
+from skylimb.control.supervisor.suited_gains import MOST
 from skylimb.control.supervisor.table import DESCEND
 from skylimb.symbolic import max, norm, where, within
 

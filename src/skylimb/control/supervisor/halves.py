@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Sequence
+from math import inf
 from typing import Any, NamedTuple
 
 import casadi as ca
@@ -95,6 +96,7 @@ class Halves:
         started: whether a pose was believed yet.
         late: how much later than assumed measurements are, s.
         slow: by how much more than assumed the rotors lag, s.
+        back: since the pose was the model's, s.
     """
 
     def __init__(
@@ -118,7 +120,7 @@ class Halves:
         given = [self._looked, self._seen, self._asked, self._sound]
         self._act = BoundFunction(made.act, given, [self._state, self._command, self._own])
         self.sight: Any = None
-        self.mode, self.started, self.late, self.slow = 0.0, False, 0.0, 0.0
+        self.mode, self.started, self.late, self.slow, self.back = 0.0, False, 0.0, 0.0, inf
 
     def begin(self) -> None:
         """Forget all that was seen."""
@@ -137,6 +139,7 @@ class Halves:
         self.started = self._looked[self._made.watch.slices["started"]][0] > 0.5
         self.late = float(self._looked[self._made.watch.slices["late.late"]][0])
         self.slow = float(self._looked[self._made.watch.slices["late.slow"]][0])
+        self.back = float(self._looked[self._made.watch.slices["clocks.back"]][0])
         return self.sight
 
     def act(self, wanted: Command | None) -> tuple[Command, bool]:

@@ -13,9 +13,9 @@ from skylimb.control.estimation.records import BodyState
 from skylimb.control.estimation.rotor_loss import Loss, Seen, look
 from skylimb.control.estimation.servos import watch_servos
 from skylimb.control.supervisor.believed_pose import BelievedPose
-from skylimb.control.supervisor.late_gains import MOST
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Watch
+from skylimb.control.supervisor.suited_gains import MOST
 from skylimb.control.supervisor.table import CUT, DESCEND
 from skylimb.robots.model import Robot
 from skylimb.symbolic import Array, abs, max, stack, where, within

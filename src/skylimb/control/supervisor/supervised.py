@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Hashable
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from skylimb.base.packing import Layout
 from skylimb.base.split_function import Asked
 from skylimb.control.controller import TraceableController
@@ -15,12 +17,12 @@ from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import PACE
 from skylimb.control.records import Command
 from skylimb.control.supervisor.descents import descents_of
-from skylimb.control.supervisor.late_gains import late_gains
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Watch, initial_watch
+from skylimb.control.supervisor.suited_gains import suited_gains
 from skylimb.control.supervisor.supervisor import after, before
-from skylimb.control.supervisor.table import RETREAT
-from skylimb.symbolic import dot, where, within
+from skylimb.control.supervisor.table import RETREAT, TABLE
+from skylimb.symbolic import Array, dot, where, within
 
 MODE, BITS = "supervisor_mode", "supervisor_bits"
 SHARES, LATENESS, SLOWNESS = "rotor_shares_estimate", "lateness_estimate", "rotor_slowness_estimate"
@@ -31,6 +33,11 @@ of each rotor, and how much later than assumed measurements are."""
 def word_of(bits: Any) -> Any:
     """The bits of the table, in its order, as one whole number."""
     return dot(bits, [float(1 << place) for place in range(bits.shape[0])])
+
+
+def bit_of(words: Array, name: str) -> Array:
+    """Whether a bit of the table is set in such numbers: 0 or 1 each."""
+    return np.asarray(words).astype(int) >> list(TABLE.bits).index(name) & 1
 
 
 class State(NamedTuple):
@@ -86,7 +93,8 @@ class Supervised:
             self.robot, self._limits, self._descents, state.watch, measurement, reference, dt
         )
         named = Layout(gains)
-        gains = named.unpack(late_gains(named, named.pack(gains), watch.late.late, watch.late.slow))
+        known = watch.late.late, watch.late.slow, watch.clocks.back
+        gains = named.unpack(suited_gains(named, named.pack(gains), *known))
         new, wanted, signals = self._controller.step(gains, state.own, sight.measurement, sight.reference, dt)
         layout = Layout(state.own)
         made_state, old_state = layout.pack(new), layout.pack(state.own)

@@ -15,9 +15,9 @@ from skylimb.control.missions.reference import Reference
 from skylimb.control.needs import PACE, needs_of
 from skylimb.control.records import Command
 from skylimb.control.supervisor.halves import Halves
-from skylimb.control.supervisor.late_gains import MOST, late_gains
 from skylimb.control.supervisor.limits import Limits
 from skylimb.control.supervisor.records import Flags
+from skylimb.control.supervisor.suited_gains import MOST, RETURNED, suited_gains
 from skylimb.control.supervisor.supervised import BITS, LATENESS, MODE, SLOWNESS, word_of
 from skylimb.control.supervisor.table import RETREAT, TABLE
 from skylimb.flight.realtime.faults import Faults
@@ -135,7 +135,7 @@ class GuardedController:
         self._taken = pose, joints
 
     def delayed(self, delay: float) -> None:
-        """What a link adds to the delay of the loop, s: the gains suit it (`late_gains`), or it is led back.
+        """What a link adds to the delay of the loop, s: gains suit it (`suited_gains`), or it is led back.
 
         A delay of commands does to the loop what one of measurements does, and nothing that is measured
         tells it before the robot swings.
@@ -205,8 +205,8 @@ class GuardedController:
         if halves.started:
             self.flown = sight.reference
         layout = getattr(self._controller, "gain_layout", None)
-        if layout is not None and (self._late or halves.slow):
-            gains = late_gains(layout, gains, self._late, halves.slow)
+        if layout is not None and (self._late or halves.slow or halves.back < RETURNED):
+            gains = suited_gains(layout, gains, self._late, halves.slow, halves.back)
         if sight.asks > 0.5:
             new, command, own = self._asked(gains, state, sight.measurement, sight.reference, dt)
             if command is not None or not self._own:

@@ -34,8 +34,8 @@ from skylimb.control.missions.clock import Clock
 from skylimb.control.missions.mission import Mission
 from skylimb.control.needs import needs_of
 from skylimb.control.planning.posture import standing
-from skylimb.control.supervisor.late_gains import late_gains
-from skylimb.control.supervisor.supervised import LATENESS, SLOWNESS
+from skylimb.control.supervisor.suited_gains import RETURNED, suited_gains
+from skylimb.control.supervisor.supervised import BITS, LATENESS, SLOWNESS, bit_of
 from skylimb.flight.events import GainChange
 from skylimb.flight.events.gain import gain_rows
 from skylimb.flight.experiments.experiment import Experiment, load_experiment
@@ -229,7 +229,8 @@ def _gains(
         np.nan_to_num(log[name].values) if name in log else np.zeros(log.sizes["time"])
         for name in (LATENESS, SLOWNESS)
     )
-    suited = np.flatnonzero(late + slow)
+    back = _back(log, experiment.control_period)
+    suited = np.flatnonzero((late > 0.0) | (slow > 0.0) | (back < RETURNED))
     if layout is None or not (known or len(suited)):
         return None, said
     count = len(late)
@@ -239,8 +240,18 @@ def _gains(
         changed = gain_rows(known, controller, np.arange(len(rows)) * experiment.control_period)
         rows[:, changed.columns] = changed.values
     for k in suited:
-        rows[k] = late_gains(layout, rows[k], late[k], slow[k])
+        rows[k] = suited_gains(layout, rows[k], late[k], slow[k], back[k])
     return (np.arange(layout.size), rows), said
+
+
+def _back(log: xr.Dataset, dt: float) -> np.ndarray:
+    """Since the pose was the model's, s, at each tick: counted as the supervisor counts it, from its bits."""
+    word = np.nan_to_num(log[BITS].values) if BITS in log else np.zeros(log.sizes["time"])
+    back, started = np.full(len(word), np.inf), False
+    for k, unseen in enumerate(bit_of(word, "stale")):
+        back[k] = 0.0 if unseen and started else (back[k - 1] if k else np.inf) + dt
+        started = started or not unseen
+    return back
 
 
 def _log(log: xr.Dataset, values: Mapping[str, np.ndarray], own: Mapping[str, Signal]) -> xr.Dataset:

@@ -121,6 +121,20 @@ def test_it_says_why_it_presses_as_it_does(look: Any) -> None:
     assert reason(SLIDE, behind=0.01, least_ease=0.2) == reason(SLIDE, behind=0.03, least_ease=1.0) == PLAIN
 
 
+def test_a_pen_eases_by_its_way_ahead_only_where_that_is_wanted(look: Any) -> None:
+    def ease(ahead: float, across: float, share: float) -> float:
+        gains, moving = replace(GAINS, ease_ahead=share), {"tip_velocity": task(0.0, 0.08, 0.0)}
+        return float(
+            look(at_state(SLIDE), gains, position=task(0.0, ahead, across), reference=moving)[1].ease
+        )
+
+    # Behind its path and beside it a pen eases as ever; ahead of it by that share alone.
+    assert ease(-0.03, 0.0, 0.0) == ease(-0.03, 0.0, 1.0) == ease(0.03, 0.0, 1.0) < 1.0
+    assert ease(0.0, 0.03, 0.0) == ease(0.0, 0.03, 1.0) < 1.0
+    assert ease(0.03, 0.0, 0.0) == 1.0
+    np.testing.assert_allclose(ease(0.03, 0.03, 0.0), ease(0.0, 0.03, 1.0), atol=1e-4)
+
+
 # ---- what the machine is shown ----
 
 

@@ -135,6 +135,9 @@ class Gains:
     least_ease: Annotated[
         float, Key("", "share of the wanted force beyond the second; 1 to press on", low=0.05, high=1.0)
     ] = 1.0
+    ease_ahead: Annotated[
+        float, Key("", "share of the way ahead of its path by which a pen's press eases", low=0.0, high=1.0)
+    ] = 1.0
     growth: Annotated[
         float,
         Key(
@@ -235,7 +238,7 @@ def step(gains: Any, state: State, inputs: LawInput) -> tuple[State, ContactView
     pace, speed_next = pace_of(
         gains, state.pace, state.speed, machine, reference, speed, surface_velocity, behind, dt
     )
-    ease = _ease(gains, inputs.force, behind)
+    ease = _ease(gains, inputs.force, engaged * _easing(gains, off, path, speed))
     loaded = engaged * min(state.loaded + gains.growth * dt, 1e3)
     ramp = where(engaged > 0.5, clip((HARD + loaded) / max(inputs.force, HARD), 0.0, 1.0), 1.0)
 
@@ -285,6 +288,19 @@ def _cues(state: State, inputs: LawInput, out: Any) -> Cues:
         sunk=state.axis_position - state.lost_at,
         clear=where(abs(state.axis_position - out) < 1e-3, 1.0, 0.0),
     )
+
+
+def _easing(gains: Any, off: Array, path: Array, speed: Any) -> Any:
+    """How far a pen is off its path, m, less what of the way ahead of it does not ease.
+
+    Args:
+        gains: `ease_ahead`.
+        off: of the path, in the task's frame, m, (3,).
+        path: its velocity in the sliding plane, m/s, (2,).
+        speed: its length, m/s.
+    """
+    ahead = max(off[1] * path[0] + off[2] * path[1], 0.0) / (speed + 1e-6)
+    return max(off[1] ** 2 + off[2] ** 2 - (1.0 - gains.ease_ahead) * ahead**2, 0.0) ** 0.5
 
 
 def _ease(gains: Any, force: Any, behind: Any) -> Any:
