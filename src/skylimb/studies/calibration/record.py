@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.signal import lfilter, savgol_filter
+from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
 from skylimb.analysis.recording.run import Run
@@ -24,6 +24,7 @@ from skylimb.studies.calibration.log import (
 )
 from skylimb.studies.calibration.mechanics import mechanics
 from skylimb.studies.calibration.motors import followed
+from skylimb.studies.calibration.smoothing import smoothed
 from skylimb.studies.calibration.steps import Steps
 
 _LONGEST_STEP = 0.0101
@@ -31,9 +32,6 @@ _LONGEST_STEP = 0.0101
 
 _MOST_REGULAR = 0.95
 """Part of the frames that must keep step with the ticks; the others are not used then."""
-
-_SMOOTHED = 0.12
-"""Time over which encoders are smoothed, s."""
 
 
 @dataclass(frozen=True)
@@ -222,11 +220,8 @@ def record_of(run: Run, robot: Robot) -> Record:
     position = np.where(fresh[:, None], columns[POSITION], 0.0)
     quaternion = np.where(fresh[:, None], columns[QUATERNION], [1.0, 0.0, 0.0, 0.0])
     encoders = np.concatenate([columns[JOINTS], columns[VECTORING]], axis=1)
-    width = max(5, 2 * round(0.5 * _SMOOTHED / dt) + 1)
-    angles, rates = encoders, encoders
-    if encoders.shape[1]:  # SciPy fits no polynomial to the encoders of a robot without joints
-        angles = np.asarray(savgol_filter(encoders, width, 3, axis=0))
-        rates = np.asarray(savgol_filter(encoders, width, 3, deriv=1, delta=dt, axis=0))
+    used = np.concatenate([np.arange(*piece) for piece in pieces])
+    angles, rates = smoothed(encoders, used, dt)
     stride, fresh = _in_step(fresh, dt)
     return Record(
         robot,
