@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import skylimb
 from skylimb.analysis.report.controller_replay import differences, differences_table, only_in
@@ -15,7 +16,9 @@ from skylimb.analysis.scores.registry import SCORES, measured
 from skylimb.apps.cli.main import main
 from skylimb.base.errors import ConfigError, UnknownNameError
 from skylimb.control.corrections import Corrections
+from skylimb.control.supervisor.table import TABLE
 from skylimb.flight.flying import fly
+from skylimb.flight.replay.replay import _back
 from skylimb.flight.simulated_run import scored_run
 from skylimb.flight.takeoff import Takeoff
 
@@ -73,6 +76,16 @@ def test_gains_that_changed_in_flight_change_again(make_takeoff: Make) -> None:
     require_same_bits(run, skylimb.replay(run), 17)
     other = skylimb.replay(run, str(EXAMPLES / "user_controller.py"))
     assert "has no gain 'estimation.observer.force'" in " ".join(other.notes)
+
+
+def test_a_replay_counts_since_when_poses_are_back_as_the_supervisor_does() -> None:
+    # No pose yet, the first ones, a gap of two ticks, and poses again.
+    unseen = np.array([1, 1, 0, 0, 1, 1, 0, 0])
+    words = unseen * 2.0 ** list(TABLE.bits).index("stale") + 2.0 ** list(TABLE.bits).index("late")
+    log = xr.Dataset({"supervisor_bits": ("time", words)})
+    far = np.inf
+    np.testing.assert_allclose(_back(log, 0.005), [far, far, far, far, 0.0, 0.0, 0.005, 0.01])
+    assert (_back(xr.Dataset({"time": np.arange(3.0)}), 0.005) == far).all()
 
 
 @pytest.mark.parametrize("compiled", [True, False])

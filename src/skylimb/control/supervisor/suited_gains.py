@@ -23,7 +23,6 @@ SOME, SOFTER = 0.04, 0.5
 MOST, SOFT = 0.06, 0.25
 """Lateness with which a mission can be flown, s, and the share of the stiffness that flies back with more."""
 
-
 RETURNED = 2.0
 """Time for which poses have just come back, s."""
 
